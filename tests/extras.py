@@ -1,8 +1,7 @@
 """Tests whose packages are missing are skipped, and the extra that brings them is named.
 
-A test or its file imports what it needs, as a user does: where the ModuleNotFoundError is of a
-package of one of pyproject.toml's extras, that is the reason of a skip. SB3 marks what `make
-test-sb3` runs in an environment of its own.
+A test or its file imports what it needs, as a user does: a ModuleNotFoundError of a package of an
+extra is the reason of a skip. SB3 marks what `make test-sb3` runs in an environment of its own.
 """
 
 from __future__ import annotations

@@ -7,9 +7,9 @@ from pathlib import Path
 
 import pytest
 
-ROOT = Path(__file__).parents[1]
-DOCUMENTS = [ROOT / name for name in ("README.md", "CONTRIBUTING.md", "SECURITY.md")]
-DOCUMENTS += sorted((ROOT / "docs").glob("*.md"))
+from tests.documents import ROOT, documents
+
+DOCUMENTS = [*documents(), ROOT / "SECURITY.md"]
 TEXTS = {path.relative_to(ROOT).as_posix(): path.read_text(encoding="utf-8") for path in DOCUMENTS}
 
 FOLDERS = ("dynamics", "optim", "envs", "agents", "src")

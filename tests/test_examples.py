@@ -1,9 +1,7 @@
 """Every program in README and docs runs as printed and prints what is shown; commands are taken.
 
-Programs run in the quick tests or, where LONG names them, in the long ones. Blocks marked `py` need
-what is not installed (a cluster, other programs): they are parsed, and tests of their own run them.
-Commands are held to the parsers of `stickslip` and of the benchmarks; test_shell_examples.py runs
-them.
+Blocks marked `py` need what is not installed: they are parsed, and tests of their own run them.
+test_shell_examples.py runs the commands.
 """
 
 import ast
@@ -95,9 +93,7 @@ def test_the_program_runs_and_prints_what_is_shown(chain, tmp_path, monkeypatch,
     assert jax.config.read("jax_enable_x64") == precision
     printed = capsys.readouterr().out
     shown = [block.shown for block in chain if block.shown is not None]
-    if shown and any(
-        LEARNS in block.code for block in chain
-    ):  # a policy that stays where it is has no slip a metre
+    if shown and any(LEARNS in block.code for block in chain):
         assert heads(printed) == heads("".join(shown))
     elif shown:
         assert words_of(printed) == words_of("".join(shown))

@@ -7,7 +7,8 @@ from pathlib import Path
 
 import pytest
 
-ROOT = Path(__file__).parents[1]
+from tests.documents import ROOT
+
 NOTEBOOKS = sorted(ROOT.glob("notebooks/*.ipynb"))
 QUICK = "1_first_walk"
 FEWER = {

@@ -8,6 +8,15 @@ from stickslip.agents import load_policy
 from stickslip.agents.training.directory import list_checkpoints, read_columns
 from tests.trees import assert_same
 
+TINY = {
+    "num_envs": 4,
+    "rollout_steps": 32,
+    "batch_size": 64,
+    "epochs": 1,
+    "hidden": 8,
+    "evaluation_episodes": 1,
+}
+"""Fields of a training that takes seconds."""
 TIMED = {"seconds", "steps_per_second"}
 """Columns that no two runs have alike."""
 

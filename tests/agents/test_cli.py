@@ -1,6 +1,5 @@
 """The command line: what it prints, what it writes, how it refuses."""
 
-import re
 import signal
 import sys
 from importlib import import_module
@@ -12,9 +11,10 @@ import pytest
 from stickslip.agents import describe_environment, save_policy
 from stickslip.agents.biped.machine import TrainConfig
 from stickslip.agents.training.run import trainer_of
-from stickslip.cli import WRONG_INPUT, main
+from stickslip.cli import main
 from stickslip.envs import BipedEnv
 from tests.agents.networks import make_policy
+from tests.asked import refusal
 
 pytestmark = pytest.mark.usefixtures("empty_directory")
 
@@ -25,14 +25,6 @@ def still(tmp_path: Path) -> str:
     env = BipedEnv()
     about = describe_environment(env, env.default_params)
     return str(save_policy(make_policy((6, 1)), tmp_path / "still.npz", about))
-
-
-def refusal(capsys: pytest.CaptureFixture[str], *arguments: str) -> str:
-    """The one line on stderr with which a command refuses."""
-    assert main(arguments) == WRONG_INPUT
-    line = capsys.readouterr().err
-    assert re.fullmatch(r"stickslip: error: [^\n]+\n", line)
-    return line
 
 
 def test_what_is_no_policy_is_refused_by_name(capsys, tmp_path: Path, still: str):

@@ -10,7 +10,8 @@ from pathlib import Path
 
 import pytest
 
-ROOT = Path(__file__).parents[2]
+from tests.documents import ROOT
+
 SCRIPTS = sorted((ROOT / "docs" / "learners").glob("*.py"))
 
 

@@ -13,6 +13,7 @@ from stickslip.agents.machine import machine_by_name
 from stickslip.agents.training.directory import read_columns
 from stickslip.cli import OK, WRONG_INPUT, main
 from tests.agents.mass import MassEnv, MassMachine, Pull
+from tests.asked import prints, refusal
 
 pytestmark = pytest.mark.usefixtures("empty_directory", "mass")
 
@@ -42,9 +43,7 @@ def test_it_is_trained_compared_and_viewed_by_the_same_commands(capsys):
     assert {"duration", "policy_loss"} <= metrics.keys()
     assert main(["train", "mass", "--out", "run", "--resume", "--no-pictures"]) == OK
     command = ["evaluate", "run", "pull", "--scene", "patchy,even", "--set", "mu=0.2"]
-    capsys.readouterr()
-    assert main([*command, "--episodes", "4", "--out", "table"]) == OK
-    shown = capsys.readouterr().out
+    shown = prints(capsys, *command, "--episodes", "4", "--out", "table")
     assert "patchy: the own task of run with --scene patchy --set mu=0.2" in shown
     assert "mu 0.2, mu patch 0.05" in shown
     rows = json.loads(Path("table/evaluation.json").read_text())["rows"]
@@ -91,6 +90,5 @@ def test_names_belong_to_one_machine(capsys):
     agents.register(MassMachine())  # the same one again
     assert [machine.name for machine in agents.machines()] == ["biped", "ugv", "mass"]
     assert type(machine_by_name("biped")) is BipedMachine
-    assert main(["evaluate", "pull", "--start", "rest"]) == WRONG_INPUT
-    assert "--start is for the biped" in capsys.readouterr().err
+    assert "--start is for the biped" in refusal(capsys, "evaluate", "pull", "--start", "rest")
     assert main(["evaluate", "pull", "--scene", "wet"]) == WRONG_INPUT

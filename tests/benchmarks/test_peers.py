@@ -1,22 +1,19 @@
 """Walks in other programs, and the table of their speed."""
 
-import json
-from pathlib import Path
-
 import numpy as np
 import pytest
 
 from benchmarks.peers import __main__ as command
 from benchmarks.peers.programs import error_of
-from benchmarks.report import RESULTS
+from benchmarks.report import RESULTS, read_json
 from stickslip.agents.exchange.files import Settings
+from tests.documents import ROOT
 
 pytestmark = pytest.mark.long
-ROOT = Path(__file__).parents[2]
 
 
 def test_the_page_has_the_fastest_settings_that_meet_each_bound():
-    content = json.loads((ROOT / RESULTS / "peers.json").read_text(encoding="utf-8"))
+    content = read_json(ROOT / RESULTS / "peers.json")
     page = (ROOT / command.DOCUMENT).read_text(encoding="utf-8")
     assert f"<!-- peers -->\n{command.body(content)}\n<!-- end of peers -->" in page
     row = {"program": "MuJoCo", "case": "stick", "setting": "RK4, 1 ms", "batch": 1}

@@ -3,7 +3,6 @@
 import json
 import re
 from functools import partial
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -12,8 +11,7 @@ from benchmarks.report import MARKS, RESULTS, measured_by_command, upper_bound
 from benchmarks.tradeoff import __main__ as command
 from benchmarks.tradeoff import walks as population
 from benchmarks.tradeoff.__main__ import cost_of
-
-ROOT = Path(__file__).parents[2]
+from tests.documents import ROOT
 
 
 @pytest.fixture(scope="module")

@@ -1,19 +1,16 @@
 """What `recommend` promises of the UGV's settings follows from its sample and holds on others."""
 
-import json
-from pathlib import Path
-
 import jax
 import numpy as np
 import pytest
 from scipy import stats
 
-from benchmarks.report import MARKS, RESULTS
+from benchmarks.report import MARKS, RESULTS, read_json
 from benchmarks.ugv import __main__ as command
 from benchmarks.ugv import poses
 from stickslip.dynamics.ugv.recommendation import NEAR, promises
+from tests.documents import ROOT
 
-ROOT = Path(__file__).parents[2]
 FRESH = 100
 """A seed of the tests' own."""
 RARE = 1e-4
@@ -22,12 +19,7 @@ RARE = 1e-4
 
 @pytest.fixture(scope="module")
 def content():
-    return json.loads((ROOT / RESULTS / "ugv.json").read_text(encoding="utf-8"))
-
-
-@pytest.fixture(scope="module")
-def rows(content):
-    return content["promise"]
+    return read_json(ROOT / RESULTS / "ugv.json")
 
 
 def test_a_promise_is_the_bound_of_the_worse_half_s_order():
@@ -52,7 +44,8 @@ def test_module_and_table_are_those_of_the_results(content):
     assert quick == dict.fromkeys(("promise", "costs"), False)
 
 
-def test_every_setting_that_is_recommended_had_no_wrong_status(content, rows):
+def test_every_setting_that_is_recommended_had_no_wrong_status(content):
+    rows = content["promise"]
     wrong = {(r["ground"], r["place"], r["solver"], r["dtype"]): r["wrong"] for r in rows}
     assert any(wrong.values())
     chosen = command.recommended(content)
@@ -78,8 +71,8 @@ def test_what_no_other_of_its_kind_beats_is_recommended_equals_with_it():
     assert found == [*((name, "float64") for name in unbeaten), ("beaten", "float32")]
 
 
-def test_promises_hold_on_the_poses_held_out(rows):
-    kept = [row for row in rows if row["wrong"] == 0]
+def test_promises_hold_on_the_poses_held_out(content):
+    kept = [row for row in content["promise"] if row["wrong"] == 0]
     assert {(row["ground"], row["place"]) for row in kept} == {
         (ground, place) for ground in poses.CLASSES for place in poses.PLACES
     }

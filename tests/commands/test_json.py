@@ -10,6 +10,7 @@ from stickslip.agents import shipped_names
 from stickslip.cli import COMMANDS, OK, WRONG_INPUT, main
 from stickslip.envs import TASKS
 from stickslip.records.table import Column, Content, Table
+from tests.asked import prints
 
 
 def strict(text: str) -> dict:
@@ -43,8 +44,7 @@ def test_what_is_not_finite_is_null_and_every_column_has_a_unit():
     ],
 )
 def test_lists_are_one_object(capsys, command: list[str], key: str, names: list[str] | None):
-    assert main([*command, "--json"]) == OK
-    told = strict(capsys.readouterr().out)
+    told = strict(prints(capsys, *command, "--json"))
     assert (told["command"], told["exit_status"]) == (command[0], OK)
     assert set(told["units"]) == {key}
     assert names is None or [row["name"] for row in told[key]] == names

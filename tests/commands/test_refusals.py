@@ -1,12 +1,11 @@
 """Wrong input to any command is refused in one line before anything is computed or written."""
 
-import re
 import shlex
 from pathlib import Path
 
 import pytest
 
-from stickslip.cli import WRONG_INPUT, main
+from tests.asked import refusal
 
 SWEEP = "sweep biped --policy computed-torque"
 DIRECTORY = "--out a.csv ends in '.csv'; accepted: a directory"
@@ -22,9 +21,7 @@ REFUSED = {
     "evaluate /dev/zero": "not a plain file",
     "optimise ugv --track moon": "track 'moon' is neither a name nor a file; accepted: flat",
     "optimise ugv --track-option hight=1": "accepted: height, centre",
-    "optimise ugv --criterion speed": "criterion = 'speed' is unknown; accepted: 'wheel_energy'",
     "optimise ugv --set leg_rate=fast": "leg_rate: 'fast'; accepted: a number > 0, or none",
-    "optimise ugv --set spacing=1e-9": "makes 6.56e+09 waypoints, about 6.6e+12 bytes; accepted:",
     "optimise ugv --seed 3": "--seed with --method dp; accepted: without it",
     "optimise biped --objective speed": "objective = 'speed' is unknown; accepted: 'time'",
     "optimise biped --objective time=": "accepted: a name, or name=weight",
@@ -47,21 +44,17 @@ REFUSED = {
     "simulate ugv --posture a.csv --set start=1": "start with --posture",
     "view computed-torque crank-speed-pi --out a.gif": "a.gif of 2 episodes; accepted: several in",
     f"view {'computed-torque ' * 9}--out a.html": "9 to show",
-    "reproduce fig10": "'fig10' is no figure here; accepted: fig11, fig12",
     "reproduce fig11 --samples 3": "samples = 3; accepted: 24 to 2400",
     "simulate biped --torque 1 --torqe 1": "--torqe (did you mean --torque?)",
     "train biped --set timesteps=1": "--set timesteps is a flag; accepted: --timesteps VALUE",
     "simulate biped --torque 1 --phase 2": "accepted: --set phase=VALUE",
     "simulate biped --torque 1 --set phse=2": "did you mean phase",
-    "simulate biped --torque 1 --set robot.hip=1": "'robot.hip' is no number of a robot; accepted:",
-    "simulate biped --torque 1 --robot none.toml": "none.toml: no such file",
     "optimise ugv --set start_angles=1": "'1'; accepted: 2 values with a comma",
     "optimise ugv --set overlap=yes": "'yes'; accepted: true, false",
     "evaluate computed-torque --set mu=wet": "--set mu=wet; accepted: a number",
     "evaluate --task BipedFast-v0 crank-speed-pi --scene wet": "--scene with --task BipedFast-v0",
     "evaluate --task BipedFast-v0 crank-speed-pi --set payload=1": "--set with --task BipedFast",
     "bench run --methods cme --budget 5 --out a": "did you mean cma",
-    "bench run --out a": "neither budget nor seconds",
     "view computed-torque --seconds nan": "seconds = nan",
     "train biped --set hidden=4096 layers=8": "what fits a policy file",
     "train biped --trainer sb3 --task BipedSprintSafe-v0": "trainer sb3 with a cost limit",
@@ -69,20 +62,16 @@ REFUSED = {
     "train biped --set random_mean_rate=4,5": "mean_rate = 3.0 outside random_mean_rate",
     "bench run --budget 0 --out a": "budget = 0",
     "tasks BipedFst-v0": "did you mean BipedFast-v0?",
-    "evaluate --task BipedFst-v0 optimum": "did you mean BipedFast-v0?",
     "bench report nowhere --out a": "nowhere/race.json: no such file",
     "train ugv --criterion speed": "criterion = 'speed' is unknown; accepted: 'wheel_energy'",
     "train ugv --set start_angle=20": ">= 30, <= 150",
-    "evaluate level-body --scene moon": "track 'moon' is unknown; accepted: random-bump",
     "evaluate computed-torque --set friction=1": "'friction' is no number of this task",
     "evaluate computed-torque --out a.csv": DIRECTORY,
     f"{SWEEP} --axis mu=0.1 --out a.csv": DIRECTORY,
     "train biped --out a.csv": DIRECTORY,
     "optimise ugv --out a.csv": DIRECTORY,
     f"{SWEEP} --out a --axis mu": "accepted: NAME=VALUES",
-    f"{SWEEP} --out a --axis mu=1:2": "axis mu: '1:2' is no axis",
     f"{SWEEP} --out a --axis mu=1 --axis mu=2": "each name once",
-    f"{SWEEP} --out a --axis mu_statc=0.1:0.2:3": "did you mean mu_static?",
     "sweep ugv --policy level-body --out a --task BipedSteady-v0": "accepted: tasks of the UGV",
     f"{SWEEP} --out a --task BipedSteady-v0 --scene wet": "--scene with --task",
 }
@@ -91,8 +80,5 @@ REFUSED = {
 @pytest.mark.parametrize("line", REFUSED)
 def test_wrong_input_is_refused_in_one_line(capsys, tmp_path: Path, monkeypatch, line: str):
     monkeypatch.chdir(tmp_path)
-    assert main(shlex.split(line)) == WRONG_INPUT
-    said = capsys.readouterr().err
-    assert re.fullmatch(r"stickslip: error: [^\n]+\n", said)
-    assert REFUSED[line] in said
+    assert REFUSED[line] in refusal(capsys, *shlex.split(line))
     assert list(tmp_path.iterdir()) == []

@@ -1,13 +1,12 @@
 """`stickslip robot`: templates, the chapter's numbers, pictures, and files that will not do."""
 
-import json
-
 import numpy as np
 import pytest
 
 from stickslip.cli import main
 from stickslip.dynamics.biped import BipedParams
 from stickslip.dynamics.ugv import UGVParams
+from tests.asked import refusal, tells
 from tests.trees import assert_same
 
 pytest.importorskip("matplotlib", reason="needs the extra viz")
@@ -27,8 +26,7 @@ def test_templates_are_the_default_machines(tmp_path):
 def test_the_reference_robot_has_the_chapters_numbers(tmp_path, capsys):
     path = tmp_path / "my.toml"
     path.write_text('machine = "biped"\n')
-    assert main(["robot", str(path), "--mu", "0.02", "--json"]) == 0
-    found = json.loads(capsys.readouterr().out)
+    found = tells(capsys, "robot", str(path), "--mu", "0.02")
     assert found["facts"]["start torque"].startswith("0.84")
     friction = {row["rate"]: row["least_friction"] for row in found["friction"]}
     assert friction[3.0] == pytest.approx(0.08, abs=5e-4)
@@ -42,8 +40,7 @@ def test_the_reference_robot_has_the_chapters_numbers(tmp_path, capsys):
 def test_a_vehicle_climbs_what_friction_and_motors_let_it(tmp_path, capsys):
     path = tmp_path / "van.toml"
     path.write_text('machine = "ugv"\n[motor]\ntorque_limit = "150 N m"\n')
-    assert main(["robot", str(path), "--mu", "0.1", "0.9", "--json"]) == 0
-    found = json.loads(capsys.readouterr().out)
+    found = tells(capsys, "robot", str(path), "--mu", "0.1", "0.9")
     slippery, firm = (row["steepest_slope"] for row in found["slopes"])
     assert slippery == pytest.approx(0.1, abs=1e-3)  # the slope itself, whatever the posture
     strongest = 2 * 150 / (0.28 * UGVParams().weight)  # sin of the slope that both motors hold
@@ -53,8 +50,7 @@ def test_a_vehicle_climbs_what_friction_and_motors_let_it(tmp_path, capsys):
 def test_a_file_that_will_not_do_is_named(tmp_path, capsys):
     path = tmp_path / "my.toml"
     path.write_text("[bars]\nrod = 9.0")
-    assert main(["robot", str(path)]) == 2
-    said = capsys.readouterr().err
+    said = refusal(capsys, "robot", str(path))
     assert "close" in said
     assert str(path) in said
     assert not path.with_suffix(".png").exists()

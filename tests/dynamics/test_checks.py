@@ -24,7 +24,6 @@ NO_NUMBERS = {
     "a dictionary": {"a": 1.0},
     "a key": "key",
     "a huge integer": 10**400,
-    "a negative huge integer": -(10**400),
     "not a number": float("nan"),
     "infinite": float("inf"),
     "one of them infinite": [0.0, float("inf")],

@@ -2,7 +2,6 @@
 
 from dataclasses import dataclass, field, fields
 from itertools import combinations
-from pathlib import Path
 
 import jax
 import jax.numpy as jnp
@@ -11,8 +10,8 @@ import numpy as np
 from stickslip.dynamics import register_pytree
 from stickslip.dynamics.pytrees import run_once
 from tests.dataclasses_found import dataclasses_of_the_package
+from tests.documents import ROOT
 
-ROOT = Path(__file__).parents[2]
 FOLDERS = (
     "agents",
     "benchmarks",

@@ -47,9 +47,7 @@ def stepped():
         scene = Scene.uniform(row["mu_static"], row["mu_kinetic"])
         return step(default_model(dtype="float32"), scene, state, row["torque"], row["dt"])
 
-    rows = {name: np.full(len(ROWS), value, np.float32) for name, value in SOUND.items()}
-    for i, (name, value) in enumerate(ROWS):
-        rows[name][i] = value
+    rows = dict(zip(SOUND, spoilt([*SOUND.values()]).T, strict=True))
     return jax.tree.map(np.asarray, jax.vmap(one)(rows))
 
 

@@ -65,21 +65,17 @@ def make(name: str = "default", **more: Any) -> GymEnv:
 def make_vec(
     num_envs: int = 3, mode: Any = "next_step", name: str = "random", **more: Any
 ) -> GymVectorEnv:
-    return vector_env(BIPED, num_envs, mode, options(name) | more)
+    """What gymnasium.make_vec gives, without wrappers; mode: of autoreset."""
+    how = {"vectorization_mode": "vector_entry_point", "autoreset_mode": mode}
+    env = gymnasium.make_vec(BIPED, num_envs=num_envs, **how, **(options(name) | more))
+    assert isinstance(env, GymVectorEnv)
+    return env
 
 
 def single_env(environment: str, given: dict[str, Any]) -> GymEnv:
     """What gymnasium.make gives for an id and keyword arguments, without wrappers."""
     env = gymnasium.make(environment, **given).unwrapped
     assert isinstance(env, GymEnv)
-    return env
-
-
-def vector_env(environment: str, num_envs: int, mode: Any, given: dict[str, Any]) -> GymVectorEnv:
-    """The same of gymnasium.make_vec; mode: of autoreset."""
-    how = {"vectorization_mode": "vector_entry_point", "autoreset_mode": mode}
-    env = gymnasium.make_vec(environment, num_envs=num_envs, **how, **given)
-    assert isinstance(env, GymVectorEnv)
     return env
 
 
@@ -120,26 +116,16 @@ class Rollout(NamedTuple):
         )
 
 
-def rollout(env: BipedEnv, params: BipedEnvParams, given: np.ndarray, seed: int = 0) -> Rollout:
-    """Walker i acts from seed + i on, with the chain of keys that PackedEnvs documents."""
-    keys = jax.vmap(jax.random.key)(seed + jnp.arange(len(given)))
-    kind = jnp.result_type(params.robot.total_mass)
-    result = _rollout(env, None, params, keys, jnp.asarray(given, kind))
-    return jax.tree.map(np.asarray, result)
+def rollout(
+    env: BipedEnv, params: BipedEnvParams, given: np.ndarray, axis: int | None = None
+) -> Rollout:
+    """Walker i acts from seed i on, with the chain of keys that PackedEnvs documents.
 
-
-def mapped_rollout(env: BipedEnv, params: BipedEnvParams, given: np.ndarray) -> Rollout:
-    """As `rollout`, every walker with parameters of its own: a leading axis on every leaf."""
+    axis: 0 where every walker has parameters of its own, a leading axis on every leaf.
+    """
     keys = jax.vmap(jax.random.key)(jnp.arange(len(given)))
     kind = jnp.result_type(params.robot.total_mass)
-    result = _rollout(env, 0, params, keys, jnp.asarray(given, kind))
-    return jax.tree.map(np.asarray, result)
-
-
-def lone_walk(env: BipedEnv, params: BipedEnvParams, given: np.ndarray, seed: int = 0) -> Rollout:
-    """One walker of `rollout`, not batched: [steps, ...]; compiles in half the time."""
-    kind = jnp.result_type(params.robot.total_mass)
-    result = _lone_walk(env, params, jax.random.key(seed), jnp.asarray(given, kind))
+    result = _rollout(env, axis, params, keys, jnp.asarray(given, kind))
     return jax.tree.map(np.asarray, result)
 
 
@@ -163,7 +149,8 @@ def _episode(env, params, key, given) -> Rollout:
     return Rollout(first_obs, first_state, *rest)
 
 
-_lone_walk = jax.jit(_episode, static_argnums=0)
+lone_walk = jax.jit(_episode, static_argnums=0)
+"""One walker of `rollout`, not batched: [steps, ...]; compiles in half the time."""
 
 
 def warm_then_count(use: Callable[[int], None]) -> int:

@@ -9,13 +9,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from tests.envs.toy import Toy, ToyParams, ToyState
-
-PARAMS = ToyParams()
-
-
-def place_of(state: ToyState) -> float:
-    return float(state.place)
+from tests.envs.toy import PARAMS, Toy, ToyState
 
 
 @pytest.fixture
@@ -37,9 +31,9 @@ def test_a_step_inside_an_episode_is_the_same_in_every_mode(start, autoreset):
     obs, state, reward, terminated, truncated, info = Toy(autoreset).step(
         KEY, start, action, PARAMS
     )
-    place = place_of(start) + 0.15
+    place = float(start.place) + 0.15
     assert obs == pytest.approx([place, 1.0], abs=1e-6)
-    assert place_of(state) == pytest.approx(place, abs=1e-6)
+    assert float(state.place) == pytest.approx(place, abs=1e-6)
     assert float(reward) == pytest.approx(place + 0.1, abs=1e-6)
     assert not terminated
     assert not truncated

@@ -1,7 +1,4 @@
-"""Full disks and read-only ones: one clear line, nothing half written, and on it goes afterwards.
-
-Needs the right to mount a small tmpfs.
-"""
+"""Full disks and read-only ones: one clear line, nothing half written, on it goes afterwards."""
 
 import os
 import re

@@ -1,8 +1,4 @@
-"""Trainings killed at any moment go on to the very policy of one that was not.
-
-STICKSLIP_KILLS: number of trainings, each killed at a random time; a quarter of the resumptions,
-too.
-"""
+"""Trainings killed at any moment go on to the very policy of one that was not."""
 
 import os
 import signal
@@ -22,6 +18,7 @@ pytestmark = [
     pytest.mark.skipif(not hasattr(signal, "SIGKILL"), reason="no SIGKILL here"),
 ]
 KILLS = int(os.environ.get("STICKSLIP_KILLS", "5"))
+"""Trainings, each killed at a random time."""
 AGAIN = 0.25
 """Share of the resumptions that are killed."""
 TRAIN = """

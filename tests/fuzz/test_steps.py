@@ -1,7 +1,4 @@
-"""A hundred thousand random steps each: nothing passes unmarked, nobody disturbs anybody else.
-
-Run with -s for the counts that docs/performance.md quotes.
-"""
+"""A hundred thousand random steps each: nothing passes unmarked, nobody disturbs anybody else."""
 
 from __future__ import annotations
 

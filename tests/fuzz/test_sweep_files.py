@@ -1,7 +1,4 @@
-"""Damaged and hostile files of a sweep.
-
-Counts are printed: `pytest -m long -s tests/fuzz/test_sweep_files.py`.
-"""
+"""Damaged and hostile files of a sweep; counts are printed."""
 
 import json
 import signal

@@ -1,8 +1,4 @@
-"""Damaged, truncated and hostile track files: a ValueError or a track, and nothing else.
-
-10,000 mutations of good files, from a seed, and files written to hurt. Counts are printed:
-`pytest -m long -s tests/fuzz/test_track_files.py`.
-"""
+"""Damaged, truncated and hostile track files: a ValueError or a track; counts are printed."""
 
 import resource
 import time

@@ -13,7 +13,7 @@ from stickslip.cli import OK, main
 from stickslip.commands import NOTHING_FOUND
 from stickslip.dynamics.ugv import UGVParams
 from stickslip.optimise.ugv import survey_of, track_options_of, treatments_of
-from tests.agents.test_cli import refusal
+from tests.asked import prints, refusal, tells
 
 pytestmark = pytest.mark.usefixtures("empty_directory")
 
@@ -33,8 +33,7 @@ def stations(path: Path) -> dict[str, np.ndarray]:
 
 def test_the_table_the_json_and_the_stations_tell_the_same(capsys):
     pytest.importorskip("matplotlib")
-    assert main([*SMALL, "--out", "run"]) == OK
-    printed = capsys.readouterr().out
+    printed = prints(capsys, *SMALL, "--out", "run")
     told = json.loads(Path("run/result.json").read_text(encoding="utf-8"))
     found, criteria = told["result"], {one["criterion"]: one["value"] for one in told["criteria"]}
     at = stations(Path("run/stations.csv"))
@@ -79,13 +78,11 @@ def test_a_result_in_the_way_is_kept_unless_it_may_be_replaced(capsys):
 
 
 def test_where_there_is_no_drive_it_says_so_and_ends_with_its_own_status(capsys):
-    assert main([*SMALL, "--max-torque=1e-3", "--json"]) == NOTHING_FOUND
-    told = json.loads(capsys.readouterr().out)
+    told = tells(capsys, *SMALL, "--max-torque=1e-3", status=NOTHING_FOUND)
     assert (told["exit_status"], told["result"]["value"]) == (NOTHING_FOUND, None)
     assert told["problem"]["max_torque"] == 1e-3
     assert told["units"]["summary"]["value"] == "J"
-    assert main([*SMALL, "--friction=0", "--overwrite"]) == NOTHING_FOUND
-    shown = capsys.readouterr().out
+    shown = prints(capsys, *SMALL, "--friction=0", "--overwrite", status=NOTHING_FOUND)
     assert re.search(r"FAILED: no usable answer\n.*no paths over the 4 x 4 grid", shown)
     (folder,) = Path("runs").iterdir()
     assert folder.name == "ugv-bump-wheel_energy-dp"

@@ -8,8 +8,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from stickslip.cli import OK, main
 from stickslip.commands import NOTHING_FOUND
+from tests.asked import prints, tells
 
 pytestmark = pytest.mark.usefixtures("empty_directory")
 
@@ -20,8 +20,7 @@ SMALL = ["optimise", "biped", "--set=cells=40", "--mu=0.1"]
 def test_the_table_the_json_and_the_nodes_tell_the_same(capsys):
     pytest.importorskip("matplotlib")
     asked = ["--objective=energy", "--mean-rate=4", "--set=reserve=0.05", "--out=run"]
-    assert main([*SMALL, *asked]) == OK
-    printed = capsys.readouterr().out
+    printed = prints(capsys, *SMALL, *asked)
     found = json.loads(Path("run/result.json").read_text(encoding="utf-8"))["result"]
     with Path("run/gait.csv").open(newline="", encoding="utf-8") as file:
         rows = list(csv.reader(file))
@@ -41,12 +40,10 @@ def test_the_table_the_json_and_the_nodes_tell_the_same(capsys):
 
 def test_where_there_is_no_gait_it_says_why_and_ends_with_its_own_status(capsys):
     asked = [*SMALL, "--objective=energy", "--mean-rate=30", "--no-pictures"]
-    assert main([*asked, "--json"]) == NOTHING_FOUND
-    told = json.loads(capsys.readouterr().out)
+    told = tells(capsys, *asked, status=NOTHING_FOUND)
     assert (told["result"]["value"], told["result"]["unit"]) == (None, "J")
     assert [one.name for one in Path("runs/biped-energy").iterdir()] == ["result.json"]
-    assert main([*asked[:-1], "--overwrite"]) == NOTHING_FOUND
-    printed = capsys.readouterr().out
+    printed = prints(capsys, *asked[:-1], "--overwrite", status=NOTHING_FOUND)
     assert "INFEASIBLE" in printed
     assert "mean_rate = 30 rad/s cannot be met" in printed
     assert [one.name for one in Path("runs/biped-energy").iterdir()] == ["result.json"]

@@ -1,7 +1,4 @@
-"""Imports point one way: dynamics, optim, envs, agents, then the front door.
-
-Read from the source, so imports inside functions and behind TYPE_CHECKING count too.
-"""
+"""Imports, inside functions too, point one way: dynamics, optim, envs, agents, the front door."""
 
 import ast
 import re
@@ -12,7 +9,8 @@ from pathlib import Path
 
 import pytest
 
-ROOT = Path(__file__).parents[2]
+from tests.documents import ROOT
+from tests.extras import IMPORT_NAMES
 
 # Layer -> (folder, parts of stickslip it may import besides itself, packages it may import).
 # None stands for everything that pyproject.toml declares.
@@ -25,8 +23,6 @@ RULES: dict[str, tuple[str, set[str], set[str] | None]] = {
     "agents": ("agents", {"records", "dynamics", "optim", "envs"}, None),
     FRONT: ("src/stickslip", {"records", "dynamics", "optim", "envs", "agents"}, None),
 }
-IMPORT_NAMES = {"stable-baselines3": "stable_baselines3", "pillow": "PIL", "pygame-ce": "pygame"}
-IMPORT_NAMES |= {"imageio-ffmpeg": "imageio_ffmpeg"}
 IMPLIED = {"scipy", "torch", "jaxlib"}  # by cvxpy and jax; by stable-baselines3; by jax
 ELSE_WITHOUT = {"zstandard", "compression"}
 """What JAX packs programs with where it is there; the standard library has one from 3.14 on."""

@@ -1,7 +1,4 @@
-"""Importing stickslip and reading help load neither JAX nor NumPy nor Gymnasium.
-
-Which modules are loaded is asked of a new interpreter; how long that takes is not measured.
-"""
+"""Importing stickslip and reading help load neither JAX nor NumPy nor Gymnasium."""
 
 import argparse
 import ast
@@ -13,15 +10,14 @@ import tomllib
 from collections.abc import Iterator
 from importlib import import_module
 from importlib.util import find_spec
-from pathlib import Path
 from pkgutil import iter_modules
 
 import pytest
 
 from stickslip.cli import COMMANDS, make_parser
 from stickslip.envs.tasks.definition import TASKS
+from tests.documents import ROOT
 
-ROOT = Path(__file__).parents[2]
 HEAVY = ("jax", "jaxlib", "numpy", "scipy", "gymnasium", "cvxpy", "torch", "matplotlib")
 LAYERS = (
     "dynamics",

@@ -1,7 +1,4 @@
-"""`make` installs what a target needs, adds what another one needs, and begins anew what is torn.
-
-A checkout of the Makefile alone, with interpreters that only write down how they were called.
-"""
+"""`make` installs what a target needs, adds what another needs, and begins anew what is torn."""
 
 import os
 import shutil
@@ -26,7 +23,7 @@ esac
 
 
 class Checkout:
-    """A folder with the Makefile, and what was called in it."""
+    """The Makefile with an interpreter that only writes down how it was called."""
 
     def __init__(self, path: Path):
         self.path = path

@@ -1,14 +1,12 @@
-"""pyproject.toml lists the package folders that exist, each at the place where it is.
-
-An editable install finds a subpackage that the list forgot; a wheel lacks it.
-"""
+"""pyproject.toml lists the package folders that exist: a wheel lacks what the list forgot."""
 
 import subprocess
 import sys
 import tomllib
 from pathlib import Path
 
-ROOT = Path(__file__).parents[2]
+from tests.documents import ROOT
+
 LAYERS = ("dynamics", "optim", "envs", "agents")
 SETUPTOOLS = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["tool"][
     "setuptools"

@@ -3,7 +3,6 @@
 import ast
 import re
 from collections.abc import Iterator
-from pathlib import Path
 
 import pytest
 
@@ -11,9 +10,9 @@ from stickslip.agents import untrusted
 from stickslip.agents.policy import file as policy_file
 from stickslip.optim.posture import track_file
 from stickslip.simulate import torque
+from tests.documents import ROOT
 from tests.packaging.test_package_list import package_folders
 
-ROOT = Path(__file__).parents[2]
 TEXT = (ROOT / "SECURITY.md").read_text(encoding="utf-8")
 MIB = 2**20
 LIMITS = {

@@ -1,9 +1,4 @@
-"""The built wheel works outside the checkout with its core dependencies only.
-
-A source distribution is built from a copy of the tree, the wheel from that. The wheel is installed
-into a new virtual environment beside what it says it needs, linked from here; in the long run
-installed_checks.py steps every environment there.
-"""
+"""The built wheel works outside the checkout with its core dependencies only."""
 
 import importlib.metadata
 import os
@@ -47,7 +42,7 @@ def run(*command: str | Path, cwd: Path) -> str:
 
 @pytest.fixture(scope="module")
 def wheel(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The wheel, built from a copy so that no earlier build leaks in."""
+    """The wheel of a source distribution of a copy, so that no earlier build leaks in."""
     folder = tmp_path_factory.mktemp("build")
     source = folder / "source"
     shutil.copytree(ROOT, source, ignore=shutil.ignore_patterns(*NOT_SOURCE))

@@ -10,6 +10,7 @@ from stickslip.cli import OK, main
 from stickslip.commands import NOTHING_FOUND
 from stickslip.optim import CRITERIA, PostureProblem
 from stickslip.simulate.ugv import read_posture
+from tests.asked import prints, tells
 
 pytestmark = pytest.mark.usefixtures("empty_directory")
 
@@ -17,8 +18,7 @@ HELD = ["simulate", "ugv", "--angles", "60", "90", "--set", "spacing=1"]
 
 
 def test_a_posture_held_is_worth_what_the_problem_says(capsys):
-    assert main([*HELD, "--json"]) == OK
-    told = json.loads(capsys.readouterr().out)
+    told = tells(capsys, *HELD)
     problem = PostureProblem.along("bump", spacing=1.0)
     x = np.tile(np.radians([60.0, 90.0]), len(problem.x))
     assert [row["criterion"] for row in told["criteria"]] == list(CRITERIA)
@@ -43,10 +43,8 @@ def test_a_drive_from_a_file_is_the_same_drive_and_a_slip_is_said(capsys):
     assert main([*HELD, "--out=a.csv"]) == OK
     assert main(["simulate", "ugv", "--posture=a.csv", "--out=b.csv"]) == OK
     assert Path("a.csv").read_bytes() == Path("b.csv").read_bytes()
-    capsys.readouterr()
     again = ["simulate", "ugv", "--posture=a.csv", "--friction=0.02", "--out=c.csv", "--json"]
-    assert main(again) == NOTHING_FOUND
-    told = json.loads(capsys.readouterr().out)
+    told = json.loads(prints(capsys, *again, status=NOTHING_FOUND))
     assert told["summary"][0]["status"] == "WHEEL_SLIP"
     assert told["summary"][0]["slips"] == Path("c.csv").read_text().count("WHEEL_SLIP")
     assert told["missed"]["grip"] > 0

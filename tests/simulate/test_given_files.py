@@ -1,7 +1,4 @@
-"""Torques and postures from users' files: read to the last digit, or refused by name and line.
-
-The forms of a table are those of a track's, see tests/optim/posture/test_track_file.py.
-"""
+"""Torques and postures from users' files: read to the last digit, or refused by name and line."""
 
 from pathlib import Path
 

@@ -1,7 +1,6 @@
 """`stickslip simulate biped` from flags to files, beside `dynamics.simulate` itself."""
 
 import csv
-import json
 import re
 from dataclasses import replace
 from pathlib import Path
@@ -19,6 +18,7 @@ from stickslip.dynamics.biped import BipedParams, BipedState, floor_position, pr
 from stickslip.envs.rendering.scene import paint
 from stickslip.simulate import biped
 from stickslip.simulate.torque import Expression
+from tests.asked import prints, refusal, tells
 
 pytestmark = pytest.mark.usefixtures("empty_directory")
 
@@ -37,8 +37,7 @@ def column(found: list[dict[str, str]], name: str) -> np.ndarray:
 
 
 def test_rows_are_those_of_the_library_digit_for_digit(capsys):
-    assert main([*WALK, f"--torque={LAW}", "--json"]) == OK
-    told = json.loads(capsys.readouterr().out)
+    told = tells(capsys, *WALK, f"--torque={LAW}")
     found = rows("walk.csv")
     robot = prepare(BipedParams.from_bars(), fidelity=PRESETS["balanced"].fidelity)
     start, period = BipedState(crank_rate=3.0).astype(jnp.float32), 0.3 / 30
@@ -60,8 +59,7 @@ def test_rows_are_those_of_the_library_digit_for_digit(capsys):
 
 
 def test_a_walk_fed_its_own_torques_walks_the_same(capsys):
-    assert main([*WALK, f"--torque={LAW}"]) == OK
-    assert "distance" in capsys.readouterr().out
+    assert "distance" in prints(capsys, *WALK, f"--torque={LAW}")
     again = [*WALK[:-2], "--period=0.01", "--torque=walk.csv"]
     assert main([*again, "--out=again.csv"]) == OK
     first, second = rows("walk.csv"), rows("again.csv")
@@ -92,10 +90,8 @@ def test_a_walk_is_filmed_in_real_time_with_its_slides_to_its_end(capsys, monkey
 
 @pytest.mark.parametrize("law", ["4", "5 * sin(200 * t)"])  # at once, as a period begins
 def test_a_fall_ends_the_rows_and_says_so(capsys, law):
-    arguments = ["simulate", "biped", "--scene=wet", "--setting=balanced", "--period=0.01"]
-    arguments += ["--seconds=0.3", f"--torque={law}", "--crank-rate=3"]
-    assert main(arguments) == NOTHING_FOUND
-    assert re.search(r"status +TOPPLE\n", capsys.readouterr().out)
+    said = prints(capsys, *WALK, f"--torque={law}", status=NOTHING_FOUND)
+    assert re.search(r"status +TOPPLE\n", said)
     found = rows("walk.csv")
     assert found[-1]["status"] == "TOPPLE"
     assert len(found) < 31
@@ -121,8 +117,7 @@ def test_a_walk_in_double_precision_has_the_robot_of_double_precision(monkeypatc
 
 def test_no_file_is_replaced_unasked(capsys):
     Path("walk.csv").write_text("mine")
-    assert main([*WALK, "--torque=1"]) == WRONG_INPUT
-    assert "walk.csv exists" in capsys.readouterr().err
+    assert "walk.csv exists" in refusal(capsys, *WALK, "--torque=1")
     Path("walk.png").write_text("mine")
     assert main([*WALK, "--torque=1", "--out=w.csv", "--plot=walk.png"]) == WRONG_INPUT
     Path("walk.gif").write_text("mine")
@@ -151,20 +146,18 @@ def test_a_rate_tells_the_friction_that_holds_it_and_what_less_slides(tmp_path, 
     rows = ["crank angle [rad],crank rate [rad/s]", *(f"{k * np.pi},3" for k in (0.5, 1.0, 1.5))]
     (tmp_path / "rates.csv").write_text("\n".join(rows))
     (tmp_path / "times.csv").write_text("time [s],rate [rpm]\n0,0\n1.6,60\n")
-    walk = ["simulate", "biped", "--mu-static", "0.05", "--json", "--overwrite", "--rate"]
-    found = []
-    for rate in ("3", str(tmp_path / "rates.csv"), str(tmp_path / "times.csv")):
-        assert main([*walk, rate, "--seconds", "1.5", "--out", str(tmp_path / "w.csv")]) == OK
-        found.append(json.loads(capsys.readouterr().out)["summary"][0])
-    constant, table, rising = found
+    walk = ["simulate", "biped", "--mu-static", "0.05", "--overwrite", "--rate"]
+    constant, table, rising = (
+        tells(capsys, *walk, rate, "--seconds=1.5", "--out=w.csv")["summary"][0]
+        for rate in ("3", "rates.csv", "times.csv")
+    )
     assert constant["least_friction"] == pytest.approx(0.0799436, rel=1e-4)
     assert constant["slid_per_step"] > 1e-3
     for name in ("least_friction", "slid", "work", "needed_at"):
         assert table[name] == pytest.approx(constant[name], rel=1e-6)
     assert rising["mean_crank_rate"] == pytest.approx(np.pi * 1.5 / 1.6, rel=1e-6)
-    assert main([*walk[:3], "0.08", *walk[4:], "3", "--out", str(tmp_path / "w.csv")]) == OK
-    assert json.loads(capsys.readouterr().out)["summary"][0]["slid"] == 0
+    held = tells(capsys, *walk[:3], "0.08", *walk[4:], "3", "--out=w.csv")
+    assert held["summary"][0]["slid"] == 0
     (tmp_path / "rates.csv").write_text("\n".join([*rows[:-1], f"{1.5 * np.pi},4"]))
-    again = [*walk, str(tmp_path / "rates.csv"), "--out", str(tmp_path / "w.csv")]
-    assert main(again) == WRONG_INPUT
-    assert "accepted: the same rate" in capsys.readouterr().err
+    again = refusal(capsys, *walk, "rates.csv", "--out=w.csv")
+    assert "accepted: the same rate" in again

@@ -1,9 +1,7 @@
 """The documents' Python, a user's first script and a user's machine, checked as a user's own type
 checker does it.
 
-`make typecheck` runs this. stickslip stands in a site-packages folder with its py.typed, as a
-regular install puts it there: what has no type is then unknown to the checker, which infers the
-types of a program's own functions only. Messages name document and line.
+`make typecheck` runs this. stickslip stands in a site-packages folder: what has no type is unknown.
 """
 
 from __future__ import annotations

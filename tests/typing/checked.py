@@ -1,9 +1,7 @@
 """A pytest plugin under which what signatures say is checked at every call: types and shapes.
 
-`make test-shapes` runs it: python -m pytest -p tests.typing.checked tests/... Every function of
-stickslip that has annotations is decorated when its module is imported, and what is imported for
-type checkers alone is imported in earnest, so that the annotations mean something at run time. A
-package's lazy names stay lazy.
+`make test-shapes` runs it: python -m pytest -p tests.typing.checked tests/... What is imported for
+type checkers alone is imported in earnest; a package's lazy names stay lazy.
 """
 
 from __future__ import annotations

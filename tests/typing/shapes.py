@@ -1,7 +1,4 @@
-"""Shapes in signatures, held to what runs: python -m pytest -p tests.typing.checked, see there.
-
-Nearly everything is only traced, which is where shapes are known: nothing of it is compiled.
-"""
+"""Shapes in signatures, held to what is traced: python -m pytest -p tests.typing.checked."""
 
 from collections.abc import Callable, Iterable
 from typing import Any, get_type_hints

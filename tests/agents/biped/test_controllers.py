@@ -22,28 +22,18 @@ from stickslip.envs import BipedEnv
 from stickslip.envs.biped.params import Randomisation
 
 ENV = BipedEnv()
-
-
-def floors(params: Any, mu_static: list[float], mu_kinetic: list[float]) -> Any:
-    """A batch of parameters that differ in the floor, and the axes to map over."""
-    dtype = params.robot.total_mass.dtype
-    floor = replace(
-        params.scene.floor,
-        mu_static=jnp.asarray(mu_static, dtype),
-        mu_kinetic=jnp.asarray(mu_kinetic, dtype),
-    )
-    batch = replace(params, scene=replace(params.scene, floor=floor))
-    axes = jax.tree.map(lambda leaf: None, params)
-    return batch, replace(axes, scene=replace(axes.scene, floor=jax.tree.map(lambda _: 0, floor)))
+QUICK = ("constant-torque", "crank-speed-pi", "computed-torque")
+"""The others solve for gaits."""
 
 
 def walk_on(controller: Any, params: Any, mu_static: list[float], mu_kinetic: list[float]) -> Any:
     """One episode on each floor, from rest at pi/2."""
-    batch, axes = floors(params, mu_static, mu_kinetic)
-    count = horizon(params)
-    return jax.vmap(
-        lambda one: rollout(ENV, controller, one, episode_key(0), count), in_axes=(axes,)
-    )(batch)
+
+    def one(still: jax.Array, sliding: jax.Array) -> Any:
+        own = params.replace(scene=Scene.uniform(still, sliding))
+        return rollout(ENV, controller, own, episode_key(0), horizon(params))
+
+    return jax.vmap(one)(jnp.asarray(mu_static), jnp.asarray(mu_kinetic))
 
 
 def friction_need(played: Any) -> np.ndarray:
@@ -94,11 +84,7 @@ def test_constant_crank_speed_slips_where_computed_torque_does_not():
 @pytest.mark.parametrize(
     "name",
     [
-        pytest.param(  # they solve for gaits
-            name,
-            marks=[pytest.mark.long]
-            * (name not in ("constant-torque", "crank-speed-pi", "computed-torque")),
-        )
+        pytest.param(name, marks=[pytest.mark.long] * (name not in QUICK))
         for name in BIPED_BASELINES
     ],
 )

@@ -7,7 +7,6 @@ import json
 from dataclasses import replace
 
 import jax
-import jax.numpy as jnp
 import numpy as np
 import pytest
 
@@ -16,10 +15,10 @@ from stickslip.agents.biped.controllers import ConstantTorque
 from stickslip.agents.biped.measures import COLUMNS, MIN_DISTANCE, Episodes
 from stickslip.agents.evaluation import table as statistics
 from stickslip.agents.evaluation.rollout import episode_key, rollout
-from stickslip.agents.policy.network import MLPPolicy
 from stickslip.agents.ugv.episodes import UGVEpisodes, ugv_columns
 from stickslip.dynamics import Scene, Status
 from stickslip.envs import BipedEnv, Randomisation
+from tests.agents.networks import make_policy
 
 ENV = BipedEnv()
 STARTS = Randomisation(
@@ -30,13 +29,7 @@ SEEDS = (3, 4, 5, 6)
 
 @pytest.fixture(scope="module")
 def policy():
-    rng = np.random.default_rng(0)
-    return MLPPolicy(
-        weights=(jnp.float32(rng.normal(size=(6, 8))), jnp.float32(rng.normal(size=(8, 1)))),
-        biases=(jnp.zeros(8, jnp.float32), jnp.zeros(1, jnp.float32)),
-        shift=jnp.zeros(6, jnp.float32),
-        scale=jnp.full(6, 3.0, jnp.float32),
-    )
+    return make_policy((6, 8, 1))
 
 
 @pytest.fixture(scope="module")
@@ -66,12 +59,8 @@ def test_totals_are_those_of_a_hand_run_loop(table, policy, params):
             energy = info["positive_work"] + info["copper_loss"]
             sums += np.asarray([reward, info["walked"], info["slid"], energy], float)
             steps, over = steps + 1, bool(terminated | truncated)
-        found = [
-            episodes.reward[index],
-            episodes.walked[index],
-            episodes.slid[index],
-            episodes.energy[index],
-        ]
+        names = ("reward", "walked", "slid", "energy")
+        found = [getattr(episodes, name)[index] for name in names]
         np.testing.assert_allclose(found, sums, rtol=1e-4, atol=1e-5)
         np.testing.assert_allclose(episodes.duration[index], 0.02 * steps, rtol=1e-6)
         assert episodes.fell[index] == bool(terminated)

@@ -7,33 +7,23 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from stickslip.agents import describe_environment, evaluate, load_policy, save_policy
+from stickslip.agents import describe_environment, evaluate, load_policy
 from stickslip.agents.biped.task import from_anywhere
 from stickslip.agents.machine import machine_by_name
-from stickslip.agents.policy.network import MLPPolicy
 from stickslip.cli import OK, main
 from stickslip.dynamics.biped import BipedParams
 from stickslip.dynamics.scene import Scene
 from stickslip.dynamics.ugv import PoseSolver, Track, UGVParams
 from stickslip.envs import BipedEnv, Randomisation, UGVEnv
 from stickslip.envs.ugv.randomisation import RandomTrack, UGVRandomisation
+from tests.agents.networks import still
+from tests.asked import prints
 from tests.precision import mostly_single
 from tests.trees import assert_same
 
 pytestmark = pytest.mark.usefixtures("empty_directory")
 
 BIPED, UGV = machine_by_name("biped"), machine_by_name("ugv")
-
-
-def still(path: str, size: int, about: dict, outputs: int = 1, push: float = 0.0) -> str:
-    """A policy file: the same action always."""
-    policy = MLPPolicy(
-        (jnp.zeros((size, outputs)),),
-        (jnp.full(outputs, push),),
-        jnp.zeros(size),
-        jnp.ones(size),
-    )
-    return str(save_policy(policy, path, about))
 
 
 def through_json(about: dict) -> dict:
@@ -126,8 +116,7 @@ def test_a_policy_is_evaluated_on_its_own_task_and_options_override(capsys):
     env, params = strange_biped()
     size = len(env.observation_bounds(params)[0])
     name = still("own.npz", size, describe_environment(env, params), push=0.2)
-    assert main(["evaluate", name, "--episodes", "3", "--out", "a"]) == OK
-    said = capsys.readouterr().out
+    said = prints(capsys, "evaluate", name, "--episodes", "3", "--out", "a")
     label = "3 patches, +1.7 kg, 2.7 rad/s, random friction, mass"
     assert f"{label}, robot of" in said
     assert "the own task of own.npz" in said
@@ -137,8 +126,7 @@ def test_a_policy_is_evaluated_on_its_own_task_and_options_override(capsys):
     expected = evaluate(env, {"x": load_policy(name)}, {"y": from_anywhere(params)}, episodes=3)
     assert row["per_episode"]["reward"] == pytest.approx(expected.rows[0].episodes.reward.tolist())
     flags = ["--set", "mu_static=0.3", "mu_kinetic=0.2", "payload=0", "--start", "rest"]
-    assert main(["evaluate", name, "--episodes", "3", "--out", "b", *flags]) == OK
-    said = capsys.readouterr().out
+    said = prints(capsys, "evaluate", name, "--episodes", "3", "--out", "b", *flags)
     assert "mu 0.3/0.2, +0 kg, 2.7 rad/s, random mass" in said
     changed = "--start rest --set mu_static=0.3 mu_kinetic=0.2 payload=0"
     assert f"the own task of own.npz with {changed}" in said

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from stickslip.agents import LevelBody, evaluate_task, record
-from stickslip.cli import WRONG_INPUT, main
 from stickslip.envs import known_of, task_by_name
+from tests.asked import refusal
 
 TASK, NAME = "UGVRandomBumps-v1", "mine/level-v3"
 LEVEL = {"level": LevelBody()}
@@ -87,5 +87,4 @@ def test_a_data_set_is_there_whole_or_not_at_all_and_is_not_replaced(root, monke
     assert [one.name for one in (root / "mine").iterdir()] == ["namespace_metadata.json"]
     record(TASK, LEVEL, NAME, episodes=1)
     given = ["record", "level-body", "--task", TASK, "--dataset", NAME]
-    assert main(given) == WRONG_INPUT
-    assert "exists; accepted" in capsys.readouterr().err
+    assert "exists; accepted" in refusal(capsys, *given)

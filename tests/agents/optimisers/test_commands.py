@@ -7,8 +7,9 @@ from pathlib import Path
 
 import pytest
 
-from stickslip.cli import OK, WRONG_INPUT, main
+from stickslip.cli import OK, main
 from tests.agents.optimisers.table import NAME, kept, run
+from tests.asked import prints, refusal
 
 pytest.importorskip("pyarrow")
 pytest.importorskip("matplotlib")
@@ -21,15 +22,13 @@ def test_a_report_of_two_races(tmp_path, capsys):
     theirs = kept([run([(20, 0.1)], 90, method="theirs")], tmp_path / "theirs")
     out = tmp_path / "report"
     arguments = ["bench", "report", str(mine), str(theirs), "--out", str(out)]
-    assert main(arguments) == OK
-    printed = capsys.readouterr().out
+    printed = prints(capsys, *arguments)
     assert "4 runs of 2 methods on 2 instances" in printed
     assert "mine 13.5 (9 to inf, 2/3)" in printed
     assert "| theirs | 0.1 (0%)" in printed
     names = {"report.md", "ecdf_evaluations.png", "ecdf_seconds.png"}
     assert {one.name for one in out.iterdir()} == names
-    assert main(arguments) == WRONG_INPUT
-    assert "exists; accepted: a new directory" in capsys.readouterr().err
+    assert "exists; accepted: a new directory" in refusal(capsys, *arguments)
     assert main([*arguments[:-1], str(tmp_path / "again"), "--stored", "--json"]) == OK
     methods = [row["method"] for row in json.loads(capsys.readouterr().out)["closeness"]]
     assert methods[:2] == ["mine", "theirs"]
@@ -47,7 +46,6 @@ def test_the_optimiser_of_the_page_races_beside_the_package_s_own_runs(
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr(sys, "path", list(sys.path))
     given = ["--instances", "ugv-bump-energy-d8-v2-s1", "--budget", "2000", "--seeds", "1"]
-    assert main(["bench", "run", "--methods", "mine:search", *given, "--out", "race"]) == OK
-    printed = capsys.readouterr().out
+    printed = prints(capsys, "bench", "run", "--methods", "mine:search", *given, "--out", "race")
     assert re.search(r"\| mine:search +\| [\d.e-]+ \(\d+%\)", printed)
     assert re.search(r"\| dp-scp +\| [\d.e-]+ \(100%\)", printed)

@@ -14,8 +14,9 @@ from stickslip.agents.machine import machine_by_name, read_configuration
 from stickslip.agents.policy.file import every_record, policy_path, record_of
 from stickslip.agents.policy.shipped import FOLDER, policy_name, shipped_path
 from stickslip.agents.training.configuration import settings_given
-from stickslip.cli import OK, WRONG_INPUT, main, make_parser
+from stickslip.cli import make_parser
 from stickslip.envs import TASKS, known_of
+from tests.asked import prints, refusal, tells
 
 LARGEST, WITH_HISTORY = 40_000, 600_000
 """Bytes of a file, and of one whose policy has hundreds of inputs: it sees twelve steps."""
@@ -71,8 +72,7 @@ def test_the_command_asks_for_the_configuration_that_the_policy_was_trained_with
 
 def test_evaluating_one_by_name_alone_scores_it_on_its_task(capsys):
     """The sprint is one episode, the cheapest to play."""
-    assert main(["evaluate", "biped-sprint"]) == OK
-    said = capsys.readouterr().out
+    said = prints(capsys, "evaluate", "biped-sprint")
     record = record_of("biped-sprint")
     (row,) = (line.split() for line in said.splitlines() if " biped-sprint " in line)
     assert row[0] == "BipedSprint-v1"
@@ -127,21 +127,17 @@ def test_a_policy_of_another_definition_is_refused_everywhere(tmp_path, capsys, 
         load_policy(path)
     for part in said:
         assert part in str(caught.value)
-    assert main(["evaluate", path]) == WRONG_INPUT
-    assert said[0] in capsys.readouterr().err
+    assert said[0] in refusal(capsys, "evaluate", path)
 
 
 def test_list_words_and_json_tell_of_every_policy(capsys):
-    assert main(["policies"]) == OK
-    lines = capsys.readouterr().out.splitlines()
+    lines = prints(capsys, "policies").splitlines()
     for one in every_record():
         (line,) = (line for line in lines if line.startswith(f"{one.name} "))
         assert one.task.title in line
         assert one.score.shown(2) in line
-    assert main(["policies", "biped-ice"]) == OK
-    said = capsys.readouterr().out
+    said = prints(capsys, "policies", "biped-ice")
     for part in (record_of("biped-ice").command, "digest", "jaxlib", "best_after"):
         assert part in said
-    assert main(["policies", "--json", "ugv-bump"]) == OK
-    (one,) = json.loads(capsys.readouterr().out)["policies"]
+    (one,) = tells(capsys, "policies", "ugv-bump")["policies"]
     assert (one["task"], one["digest"]) == ("UGVBump-v1", TASKS["UGVBump-v1"].digest)

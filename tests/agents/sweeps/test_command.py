@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 
 from stickslip.agents import read_sweep, sweep_arrays
-from stickslip.cli import OK, WRONG_INPUT, main
+from stickslip.cli import OK, main
 from tests.agents.mass import MassMachine
 from tests.agents.sweeps.masses import StillEnv
+from tests.asked import prints, refusal
 
 pytestmark = pytest.mark.usefixtures("empty_directory")
 
@@ -25,10 +26,8 @@ def test_a_sweep_is_one_command_and_goes_on_with_another(tmp_path, capsys):
     assert row["return_mean"] == pytest.approx(returns.mean(), rel=1e-5)
     assert returns.min() < row["point_mean_least"] < row["return_mean"] < row["point_mean_most"]
     assert {one.name for one in (tmp_path / "a").iterdir()} == {"sweep.json", "data", "sweep.png"}
-    assert main([*SWEEP, *AXES, "--out", "a"]) == WRONG_INPUT
-    assert "--resume to continue" in capsys.readouterr().err
-    assert main([*SWEEP, *AXES, "--out", "a", "--resume", "--no-pictures"]) == OK
-    shown = capsys.readouterr().out
+    assert "--resume to continue" in refusal(capsys, *SWEEP, *AXES, "--out", "a")
+    shown = prints(capsys, *SWEEP, *AXES, "--out", "a", "--resume", "--no-pictures")
     assert "18 episodes of up to 30 steps: 1 cases (policy on task) x 6 points x 3 ep" in shown
     assert "mu: 3 values, 0.1 to 0.3, in place of the task's task.mu" in shown
     assert "Played 0 of 1 cells" in shown

@@ -81,13 +81,12 @@ def test_what_an_axis_sets_is_no_longer_drawn():
         friction=(0.5, 1.0), payload=(0.0, 1.0), mean_rate=(2.0, 3.0), crank_rate=(0.0, 3.0)
     )
     params = BipedEnv().make_params(randomisation=drawn, scene="slippery")
-    swept = BIPED
     values = {"scene.mu_static": 0.3, "scene.payload": 2.0, "task.mean_rate": 6.0}
-    opened = swept.opened(params, ["payload", "mu_static", "mean_rate"])
-    left = swept.put(opened, values).randomisation
+    opened = BIPED.opened(params, ["payload", "mu_static", "mean_rate"])
+    left = BIPED.put(opened, values).randomisation
     assert (left.friction, left.payload, left.mean_rate) == (None, None, None)
     assert [float(one) for one in left.crank_rate] == [0, 6]  # begun up to the commanded rate
-    assert swept.put(params, {"task.slip_weight": 1.0}).randomisation == drawn
+    assert BIPED.put(params, {"task.slip_weight": 1.0}).randomisation == drawn
 
 
 def test_every_name_of_the_help_is_an_axis_and_every_axis_has_a_known_unit():
@@ -103,12 +102,10 @@ def test_every_name_of_the_help_is_an_axis_and_every_axis_has_a_known_unit():
                 if word == "randomisation.friction.0":
                     params = env.make_params(randomisation=Randomisation(friction=(0.5, 1.0)))
                 assert swept.targets(params, word)
-    biped, ugv = BIPED, UGV
-    assert biped.unit("robot.mass.12") == "kg"
-    assert biped.unit("scene.edges.0") == biped.unit("robot.centre.3.1") == "m"
-    assert biped.unit("randomisation.payload.1") == "kg"
-    assert ugv.unit("track.height") == ugv.unit("randomisation.track.bump_height.1") == "m"
-    for swept, params in ((biped, BipedEnv().make_params()), (ugv, UGVEnv().make_params())):
+    assert BIPED.unit("robot.mass.12") == BIPED.unit("randomisation.payload.1") == "kg"
+    assert BIPED.unit("scene.edges.0") == BIPED.unit("robot.centre.3.1") == "m"
+    assert UGV.unit("track.height") == UGV.unit("randomisation.track.bump_height.1") == "m"
+    for swept, params in ((BIPED, BipedEnv().make_params()), (UGV, UGVEnv().make_params())):
         assert {name for name in swept.known(params) if swept.unit(name) == "-"} <= WITHOUT
 
 

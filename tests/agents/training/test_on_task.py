@@ -18,6 +18,7 @@ from stickslip.agents.training.run import train
 from stickslip.agents.ugv import task as ugv_task
 from stickslip.agents.ugv.machine import UGVTrainConfig
 from stickslip.envs import TASKS, known_of, task_by_name
+from tests.agents.runs import TINY
 from tests.trees import assert_same
 
 NAME = "BipedSteady-v0"
@@ -63,18 +64,8 @@ def test_training_episodes_alone_are_changed_where_a_flag_asks_for_it():
 @pytest.mark.long
 def test_a_run_says_scores_of_episodes_that_it_never_trains_on(tmp_path):
     pytest.importorskip("optax")
-    config = TrainConfig.of(
-        task=NAME,
-        timesteps=512,
-        num_envs=4,
-        hidden=8,
-        rollout_steps=32,
-        batch_size=64,
-        epochs=1,
-        checkpoint_interval=256,
-        evaluation_episodes=2,
-        keep_checkpoints=9,
-    )
+    kept = {"checkpoint_interval": 256, "keep_checkpoints": 9, "evaluation_episodes": 2}
+    config = TrainConfig.of(task=NAME, timesteps=512, **TINY | kept)
     calls = iter(range(10**9))
     path = tmp_path / "run"
     assert not train(config, path, bar=False, stop=lambda: next(calls) == 5).finished

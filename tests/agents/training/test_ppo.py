@@ -79,6 +79,18 @@ class Slope(Corridor):
         return obs, after, action[0], *ends, info | {"cost": action[0] ** 2}
 
 
+def learnt(env, sizes, rates, updates: int, multiplier=None, limit=None, kept: tuple = ()):
+    """A learner after so many updates, the last one's losses and what it was learnt from."""
+    learner = ppo.begin_learning(1, 1, sizes, jax.random.key(1))._replace(multiplier=multiplier)
+    progress, key = ppo.begin_episodes(env, PARAMS, sizes, 1)
+    for update in range(updates):
+        now, each = rates.at(jnp.float32(update / updates)), jax.random.fold_in(key, update)
+        found = ROLL(env, PARAMS, sizes, now[1], learner, progress, kept)
+        progress = found.progress
+        learner, losses = IMPROVE(learner, found, sizes, rates, now, each, limit)
+    return learner, losses, found
+
+
 def value(left: jax.Array, discount: float) -> jax.Array:
     """Of places so many steps from the end."""
     return (1 - discount**left) / (1 - discount)
@@ -113,15 +125,7 @@ def test_the_critic_learns_the_value_in_closed_form():
     """The limit of 4 steps cuts off most episodes of up to 6: the critic is to see past it."""
     sizes = SIZES._replace(epochs=8, hidden=16)
     rates = RATES._replace(learning_rate=1e-2, noise=0.01, final_noise=0.01)
-    learner = ppo.begin_learning(1, 1, sizes, jax.random.key(1))
-    progress, key = ppo.begin_episodes(ENV, PARAMS, sizes, 1)
-    for update in range(100):
-        now = rates.at(jnp.float32(update / 100))
-        found = ROLL(ENV, PARAMS, sizes, now[1], learner, progress)
-        progress = found.progress
-        learner, losses = IMPROVE(
-            learner, found, sizes, rates, now, jax.random.fold_in(key, update)
-        )
+    learner, losses, _ = learnt(ENV, sizes, rates, 100)
     places = np.arange(1, 7)
     said = ppo.network(learner.critic, learner.seen).unlimited(places[:, None].astype(np.float32))
     np.testing.assert_allclose(said[:, 0], value(places, 0.9), atol=0.1)
@@ -133,14 +137,7 @@ def test_the_cost_goes_to_its_limit_and_is_not_seen_without_one():
     """Earning a at a cost of a^2, the best within a cost of 0.25 is a = 0.5, at a price of 1."""
     rates = RATES._replace(learning_rate=1e-2, noise=0.1, final_noise=0.02)
     for limit, multiplier, cost in ((0.25, jnp.log(0.7), 0.25), (None, None, 1.0)):
-        learner = ppo.begin_learning(1, 1, SIZES, jax.random.key(1))
-        learner = learner._replace(multiplier=multiplier)
-        progress, key = ppo.begin_episodes(Slope(), PARAMS, SIZES, 1)
-        for update in range(150):
-            now = rates.at(jnp.float32(update / 150))
-            found = ROLL(Slope(), PARAMS, SIZES, now[1], learner, progress, ("cost",))
-            progress, each = found.progress, jax.random.fold_in(key, update)
-            learner, _ = IMPROVE(learner, found, SIZES, rates, now, each, limit)
+        learner, _, found = learnt(Slope(), SIZES, rates, 150, multiplier, limit, ("cost",))
         assert float(found.kept["cost"].mean()) == pytest.approx(cost, abs=0.08)
         if multiplier is not None:
             assert float(jnp.exp(learner.multiplier)) == pytest.approx(1.0, abs=0.3)

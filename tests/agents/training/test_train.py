@@ -24,21 +24,13 @@ from stickslip.agents.training.directory import (
 )
 from stickslip.agents.training.run import best_evaluation, train
 from stickslip.agents.untrusted import pack
-from tests.agents.runs import assert_same_run
+from tests.agents.runs import TINY, assert_same_run
 from tests.documents import ROOT
 from tests.extras import SB3
 
-SHORT = {
-    "num_envs": 4,
-    "hidden": 8,
-    "evaluation_episodes": 2,
-    "episode_time": 0.4,
-    "keep_checkpoints": 9,
-    "seed": 3,
-}
-FEW = {"timesteps": 768, "rollout_steps": 32, "batch_size": 64, "epochs": 2, "history": 2}
-PPO = TrainConfig.of(trainer="sb3", checkpoint_interval=256, **FEW, **SHORT)
-JAX = TrainConfig.of(trainer="jax", checkpoint_interval=256, **FEW, **SHORT)
+SHORT = TINY | {"evaluation_episodes": 2, "episode_time": 0.4, "keep_checkpoints": 9, "seed": 3}
+SHORT |= {"timesteps": 768, "epochs": 2, "history": 2, "checkpoint_interval": 256}
+PPO, JAX = (TrainConfig.of(trainer=trainer, **SHORT) for trainer in ("sb3", "jax"))
 CONFIGS = {"sb3": PPO, "jax": JAX}
 TRAINERS = [pytest.param("sb3", marks=SB3), "jax"]
 

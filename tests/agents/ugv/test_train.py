@@ -18,36 +18,27 @@ from stickslip.agents.ugv.task import ground_by_name, training_task
 from stickslip.cli import OK, main
 from stickslip.dynamics.ugv import UGVParams
 from stickslip.envs import UGVEnv
+from tests.agents.runs import TINY
+from tests.asked import prints
 
 pytestmark = pytest.mark.usefixtures("empty_directory")
 
 pytest.importorskip("optax")
 
-TINY = UGVTrainConfig.of(
-    timesteps=256,
-    num_envs=4,
-    rollout_steps=32,
-    batch_size=64,
-    epochs=1,
-    hidden=8,
-    checkpoint_interval=128,
-    evaluation_episodes=1,
-    tracks="bump",
-    preview=3,
-)
+CONFIG = UGVTrainConfig.of(timesteps=256, checkpoint_interval=128, tracks="bump", preview=3, **TINY)
 
 
 @pytest.fixture(scope="module")
 def run(tmp_path_factory: pytest.TempPathFactory) -> Trained:
     """A finished run. Not to be written to."""
-    return train(TINY, tmp_path_factory.mktemp("runs") / "ugv", bar=False)
+    return train(CONFIG, tmp_path_factory.mktemp("runs") / "ugv", bar=False)
 
 
 @pytest.mark.long
 def test_a_run_leaves_its_configuration_metrics_evaluations_and_policy(run: Trained):
     path = run.directory
     assert run.finished
-    assert read_configuration((path / "config.json").read_text()) == TINY
+    assert read_configuration((path / "config.json").read_text()) == CONFIG
     tests, metrics = read_columns(path / "evaluations.csv"), read_columns(path / "metrics.csv")
     assert tests["timesteps"] == [128, 256]
     assert np.all(np.asarray(tests["cost"]) > 0)
@@ -87,7 +78,7 @@ def test_start_angles_are_those_that_the_vehicle_takes():
 
 
 def test_a_configuration_of_an_unknown_machine_is_refused():
-    strange = TINY.to_json().replace('"ugv"', '"boat"')
+    strange = CONFIG.to_json().replace('"ugv"', '"boat"')
     with pytest.raises(ValueError, match="its machine is 'boat', not one of biped, ugv"):
         read_configuration(strange)
 
@@ -97,8 +88,7 @@ def test_evaluate_and_view_read_a_policy_of_the_ugv(
     run: Trained, capsys: pytest.CaptureFixture[str]
 ):
     policy = str(run.policy)
-    assert main(["evaluate", policy, "level-body", "--scene", "bump", "--out", "table"]) == OK
-    said = capsys.readouterr().out
+    said = prints(capsys, "evaluate", policy, "level-body", "--scene", "bump", "--out", "table")
     assert "level-body" in said
     assert "friction used" in said
     rows = json.loads(Path("table/evaluation.json").read_text())["rows"]

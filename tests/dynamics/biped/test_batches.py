@@ -10,6 +10,7 @@ import pytest
 from stickslip.dynamics import Scene
 from stickslip.dynamics.biped import BipedState, simulate, step
 from tests.dynamics.biped.helpers import default_model, default_params, state_of
+from tests.trees import assert_same
 
 MEMBERS = 8
 
@@ -48,10 +49,7 @@ def test_a_batch_is_a_loop_of_single_walks(dtype):
     for index in range(MEMBERS):
         alone = step(model, *(member(x, index) for x in (scenes, states, torques)), size)
         tolerance = 2e-5 if dtype == jnp.float32 else 1e-12
-        for a, b in zip(
-            jax.tree.leaves(member(together, index)), jax.tree.leaves(alone), strict=True
-        ):
-            np.testing.assert_allclose(a, b, rtol=tolerance, atol=tolerance)
+        assert_same(member(together, index), alone, rtol=tolerance, atol=tolerance)
 
 
 def test_a_robot_of_plain_numbers_walks_inside_a_callers_own_program(float64):

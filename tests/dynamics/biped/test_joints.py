@@ -14,7 +14,7 @@ from stickslip.dynamics.biped.inertia import body_masses
 from stickslip.dynamics.biped.joints import DifferencedInertia, JointInertia, link_motion
 from stickslip.dynamics.biped.links import LINK_OF_BODY, least_closure
 from stickslip.dynamics.biped.params import NON_NEGATIVE, POSITIVE
-from tests.dynamics.biped.helpers import default_params, exact_along
+from tests.dynamics.biped.helpers import default_params
 
 COUNT = 256
 """Robots, and instants, in every call."""
@@ -104,8 +104,9 @@ def by_torque(robots, given):
 
 @jax.jit
 def reduced_along(robots, angles):
-    """M, dM, P, dP, Y, dY of each robot at its angle."""
-    return jax.vmap(biped.reduced_inertia)(robots, angles)
+    """M, dM, P, dP, Y, dY of each robot at its angle; the ground's moment."""
+    of = biped.reduced_inertia, biped.ground_moment
+    return [jax.vmap(one)(robots, angles) for one in of]
 
 
 PLACES = {
@@ -208,22 +209,15 @@ def along(robots, angles):
     return jax.vmap(one)(robots, angles)
 
 
-def test_exact_motion_gives_the_reduced_functions(float64):
-    robots, angles = random_robots(), random_instants()["theta"]
-    found, _ = along(robots, angles)
-    want = reduced_along(robots, angles)
-    assert isinstance(found, biped.ReducedInertia)
-    for name, got, exact in zip(want._fields, found, want, strict=True):
-        size = float(jnp.max(jnp.abs(exact)))
-        np.testing.assert_allclose(got, exact, rtol=1e-9, atol=1e-10 * size, err_msg=name)
-
-
-def test_the_grounds_moment_is_that_of_the_reduced_functions(float64):
-    params, angles = default_params(), random_instants()["theta"]
-    _, found = along(default_robots(), angles)
-    _, want = exact_along(params, angles)
-    for name, got, exact in zip(want._fields, found, want, strict=True):
-        np.testing.assert_allclose(got, exact, rtol=1e-9, atol=1e-11, err_msg=name)
+@pytest.mark.parametrize("make", [random_robots, default_robots])
+def test_exact_motion_gives_the_reduced_functions_and_the_grounds_moment(float64, make):
+    robots, angles = make(), random_instants()["theta"]
+    found = along(robots, angles)
+    assert isinstance(found[0], biped.ReducedInertia)
+    for got, want in zip(found, reduced_along(robots, angles), strict=True):
+        for name, one, exact in zip(want._fields, got, want, strict=True):
+            size = float(jnp.max(jnp.abs(exact)))
+            np.testing.assert_allclose(one, exact, rtol=1e-9, atol=1e-12 * size, err_msg=name)
 
 
 STEP = 1e-3
@@ -231,7 +225,7 @@ STEP = 1e-3
 
 def test_differences_err_in_the_momenta_and_break_virtual_power(float64):
     robots, given = default_robots(), random_instants()
-    exact = reduced_along(robots, given["theta"])
+    exact, _ = reduced_along(robots, given["theta"])
     by_differences = jax.vmap(lambda params, angle: JointInertia(params, STEP).at(angle))
     found = jax.jit(by_differences)(robots, given["theta"])
     assert isinstance(found, DifferencedInertia)

@@ -108,21 +108,15 @@ def test_ice_begins_where_the_foot_lands_on_it(float64):
 
 @pytest.mark.long
 def test_a_scene_s_payload_walks_as_the_robot_s_own_does(float64):
-    params, floor = (
-        default_params().replace(payload=jnp.asarray(0.0)),  # as what is loaded: one program
-        Scene.grip(outputs="state"),
-    )
-    scene, loaded = (
-        Scene.grip(outputs="state", payload=2.0),
-        params.replace(payload=jnp.asarray(2.0)),
-    )
-    walks = [
+    params = default_params().replace(payload=jnp.asarray(0.0))  # as what is loaded: one program
+    loaded, floor = params.replace(payload=jnp.asarray(2.0)), Scene.grip(outputs="state")
+    scene = replace(floor, payload=2.0)
+    by_scene, by_robot, bare = (
         simulate(robot, where, state_of(), 1.5, 0.05, 0.01, fidelity=FINE)
-        for robot, where in ((params, scene), (loaded, floor))
-    ]
-    close(walks[0], walks[1])
-    alone = simulate(params, floor, state_of(), 1.5, 0.05, 0.01, fidelity=FINE)
-    assert abs(float(alone.final.phase - walks[0].final.phase)) > 1e-3
+        for robot, where in ((params, scene), (loaded, floor), (params, floor))
+    )
+    close(by_scene, by_robot)
+    assert abs(float(bare.final.phase - by_scene.final.phase)) > 1e-3
 
 
 def test_torque_may_be_a_number_an_array_or_a_function_of_the_state(float64):

@@ -33,10 +33,8 @@ def test_statuses_after_slip_onset_are_terminal():
 
 def walk_off(torque, floor=(0.5, 0.4), dtype="float64"):
     """From rest for 0.8 s, a step's time at 1 N m."""
-    scene, torques = (
-        Scene.uniform(*(jnp.asarray(mu, dtype) for mu in floor)),
-        jnp.full(200, torque, dtype),
-    )
+    scene = Scene.uniform(*(jnp.asarray(mu, dtype) for mu in floor))
+    torques = jnp.full(200, torque, dtype)
     return simulate(default_model(dtype=dtype), scene, state_of(dtype), torques, 0.8, 0.004)
 
 

@@ -45,9 +45,7 @@ def test_compensated_sums_are_good_to_a_rounding_of_their_own():
     terms[:, 1] = np.float32(0.1)
 
     def body(now, term):
-        return fused(compensated)(
-            *now, term * term
-        ), None  # a product: it may be fused with the sum
+        return fused(compensated)(*now, term * term), None  # it may be fused with the sum
 
     zero = jnp.zeros(3, jnp.float32)
     (sums, _), _ = jax.jit(lambda: jax.lax.scan(jax.vmap(body), (zero, zero), terms))()

@@ -12,6 +12,7 @@ import pytest
 
 from stickslip.dynamics.kernels.fused import fused
 from stickslip.dynamics.kernels.grouping import SWITCH, grouped
+from tests.trees import assert_same
 
 
 def settle(power, start, pull, key):
@@ -219,12 +220,7 @@ def test_the_switch_leaves_the_function_to_xla(monkeypatch):
     monkeypatch.setenv(SWITCH, "off")
     program = jax.jit(jax.vmap(partial(fused(settle, fixed=1), 2), (0, None, 0)))
     assert "xla_cpu_small_call" not in program.lower(*arguments(9)).as_text()
-    for one, other in zip(
-        jax.tree.leaves(program(*arguments(9))),
-        jax.tree.leaves(batch_of(settle, 9)),
-        strict=True,
-    ):
-        np.testing.assert_allclose(one, other, rtol=1e-6)
+    assert_same(program(*arguments(9)), batch_of(settle, 9), rtol=1e-6)
 
 
 @pytest.mark.parametrize(
@@ -249,8 +245,7 @@ def test_functions_too_costly_for_one_loop_compile(width, depth, size):
     kernel = fused(function) if size is None else jax.vmap(fused(function), (0, None))
     plain = function if size is None else jax.vmap(function, (0, None))
     y = jnp.float32(0.3)
-    for one, other in zip(jax.jit(kernel)(x, y), jax.jit(plain)(x, y), strict=True):
-        np.testing.assert_allclose(one, other, rtol=1e-5, atol=1e-5)
+    assert_same(jax.jit(kernel)(x, y), jax.jit(plain)(x, y), rtol=1e-5, atol=1e-5)
 
 
 @pytest.mark.parametrize("rows", [700, 20_000])

@@ -52,18 +52,16 @@ def test_any_number_of_steps_is_the_scan(length):
 
 
 @pytest.mark.parametrize("step", [decay, layered])
-@pytest.mark.parametrize("length", [37])
-def test_batches_too(step, length):
-    shared, carry = given((3,))
+def test_batches_too(step):
+    (shared, carry), length = given((3,)), 37
     run = partial(fused_scan, step, (2,), length=length)
     found = jax.jit(jax.vmap(lambda carry: run(shared, carry)))(carry)
     wanted = jax.jit(jax.vmap(lambda carry: scanned(step, length, shared, carry)))(carry)
     assert_equal(found, wanted)
 
 
-@pytest.mark.parametrize("length", [37])
-def test_derivatives_both_ways(length):
-    shared, (x, key) = given()
+def test_derivatives_both_ways():
+    (shared, (x, key)), length = given(), 37
 
     def end(scan, x):
         return scan(shared, (x, key))[0][0]

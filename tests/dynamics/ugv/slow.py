@@ -1,8 +1,7 @@
 """The half vehicle worked out again, slowly and by other means, in NumPy and SciPy alone.
 
-The rear contact by bisection over the height of the ground, the forces from the three equations of
-the whole vehicle, the way by quadrature between the knots; one posture at a time, in double
-precision, with places and heights counted from a knot near by.
+The rear contact by bisection, the forces from the three equations of the whole vehicle, the way by
+quadrature; one posture at a time, places and heights counted from a knot near by.
 """
 
 from itertools import pairwise, product

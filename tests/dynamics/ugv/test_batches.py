@@ -10,6 +10,7 @@ from stickslip.dynamics.ugv import Track, UGVParams, balance, equilibrium, place
 from stickslip.dynamics.ugv.statics import _equilibrium
 from stickslip.dynamics.ugv.wheel import NEWTON
 from tests.dynamics.ugv.helpers import drawn
+from tests.trees import assert_same
 
 MARK = next(iter(AS_ONE_KERNEL))
 COUNT = 129
@@ -45,9 +46,7 @@ def test_a_batch_gives_what_the_elementwise_functions_give(poses, found):
     wanted = jax.jit(elementwise)(x, angles, friction)
     np.testing.assert_array_equal(found.status, wanted.status)
     scale = UGVParams().weight
-    for got, want in zip(jax.tree.leaves(found), jax.tree.leaves(wanted), strict=True):
-        assert got.shape == want.shape
-        np.testing.assert_allclose(got, want, rtol=2e-5, atol=2e-5 * scale)
+    assert_same(found, wanted, rtol=2e-5, atol=2e-5 * scale)
 
 
 def test_vehicles_and_frictions_of_any_shape_that_broadcasts(poses):

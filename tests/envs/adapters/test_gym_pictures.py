@@ -66,14 +66,9 @@ def sb3() -> Any:
     return SB3VecEnv(Toy(), ToyParams(), 2, render_mode="rgb_array")
 
 
-def biped() -> gymnasium.Env:
+def drawn(name: str) -> gymnasium.Env:
     pytest.importorskip("matplotlib")
-    return gymnasium.make(BIPED, render_mode="rgb_array")
-
-
-def ugv() -> gymnasium.Env:
-    pytest.importorskip("matplotlib")
-    return gymnasium.make("stickslip/UGV-v0", render_mode="rgb_array")
+    return gymnasium.make(name, render_mode="rgb_array")
 
 
 @pytest.mark.parametrize("copied", [copy.deepcopy, lambda env: pickle.loads(pickle.dumps(env))])
@@ -83,8 +78,8 @@ def ugv() -> gymnasium.Env:
         lambda: one_toy(render_mode="rgb_array"),
         many,
         sb3,
-        biped,
-        pytest.param(ugv, marks=pytest.mark.long),
+        lambda: drawn(BIPED),
+        pytest.param(lambda: drawn("stickslip/UGV-v0"), marks=pytest.mark.long),
     ],
 )
 def test_a_rendered_environment_is_copied(build, copied):

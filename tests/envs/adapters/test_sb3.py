@@ -13,27 +13,21 @@ from stable_baselines3.common.vec_env import VecMonitor
 from stickslip.dynamics import Scene
 from stickslip.envs import BipedEnv, GymVectorEnv
 from stickslip.envs.adapters.sb3 import SB3VecEnv
-from tests.envs.toy import Toy, ToyParams
+from tests.envs.toy import PARAMS, Toy, pushes
 from tests.extras import SB3
 
 pytestmark = SB3
-
-PARAMS = ToyParams()
 
 
 def toys(count: int = 3, **more) -> SB3VecEnv:
     return SB3VecEnv(Toy("same_step"), PARAMS, count, **more)
 
 
-def stand(count: int = 3) -> np.ndarray:
-    return np.zeros((count, 2), np.float32)
-
-
 def test_arrays_are_fresh_writable_and_of_the_types_expected():
     env = toys()
     first = env.reset()
     assert (first.dtype, first.shape) == (np.float32, (3, 2))
-    results = [env.step(stand()) for _ in range(2)]
+    results = [env.step(pushes(3)) for _ in range(2)]
     for obs, reward, done, infos in results:
         assert (obs.dtype, obs.shape) == (np.float32, (3, 2))
         assert (reward.dtype, reward.shape) == (np.float32, (3,))
@@ -44,14 +38,14 @@ def test_arrays_are_fresh_writable_and_of_the_types_expected():
     for one, other in zip(*(result[:3] for result in results), strict=True):
         assert not np.shares_memory(one, other)
     results[1][0][:] = 99.0
-    assert env.step(stand())[0][0, 1] == 3
+    assert env.step(pushes(3))[0][0, 1] == 3
 
 
 def test_the_last_observation_and_the_reason_of_the_end_are_kept():
     env = toys(2)
     env.reset()
     for step in range(1, PARAMS.limit + 1):
-        obs, _, done, infos = env.step(stand(2))
+        obs, _, done, infos = env.step(pushes(2))
         if step < PARAMS.limit:
             assert not done.any()
             assert infos == [{}, {}]
@@ -123,7 +117,7 @@ def test_every_environment_has_a_picture_and_render_shows_them_in_one():
     with pytest.raises(ValueError, match="render without an episode"):
         env.get_images()
     env.reset()
-    env.step(stand(4))
+    env.step(pushes(4))
     images = env.get_images()
     assert [image.shape for image in images] == [(4, 6, 3)] * 4
     assert all((image == 30).all() for image in images)

@@ -23,10 +23,9 @@ ROUNDING = {"rtol": 1e-6, "atol": 1e-6}
 """Between two programs; see docs/performance.md."""
 
 
-def collected(num_envs: int, **options):
-    return collect(
-        ENV, PARAMS, policy, 5, num_envs=num_envs, steps=STEPS, policy_params=GAIN, **options
-    )
+def collected(num_envs: int, steps: int = STEPS, gain=GAIN, **options):
+    how = {"num_envs": num_envs, "steps": steps, "policy_params": gain}
+    return collect(ENV, PARAMS, policy, 5, **how, **options)
 
 
 @pytest.fixture(scope="module")
@@ -37,7 +36,7 @@ def few():
 def test_each_step_is_the_environments_own(few):
     assert few.reward.shape == (STEPS, 6)
     assert few.kept["obs"].shape == (STEPS, 6, 6)
-    again = jax.jit(lambda obs, state, keys, action: by_hand(obs, state, keys, action))
+    again = jax.jit(jax.vmap(by_hand))
     now = collected_from_the_start(6)
     for row in range(STEPS):
         obs, state, keys, reward, over = again(*now, few.kept["action"][row])
@@ -57,33 +56,19 @@ def collected_from_the_start(num_envs: int):
     return jax.jit(jax.vmap(one))(jnp.arange(num_envs))
 
 
-def by_hand(obs, state, keys, action):
-    def one(obs, state, data, action):
-        draws = jax.random.split(jax.random.wrap_key_data(data), 3)
-        wanted = policy(GAIN, obs, draws[1])
-        found = pure_step(ENV, draws[2], state, action, PARAMS)
-        over = found[3] | found[4]
-        return found[0], found[1], jax.random.key_data(draws[0]), found[2], over, wanted
-
-    *found, wanted = jax.vmap(one)(obs, state, keys, action)
-    del wanted
-    return found
+def by_hand(obs, state, data, action):
+    draws = jax.random.split(jax.random.wrap_key_data(data), 3)
+    found = pure_step(ENV, draws[2], state, action, PARAMS)
+    over = found[3] | found[4]
+    return found[0], found[1], jax.random.key_data(draws[0]), found[2], over
 
 
 def test_going_on_is_one_long_walk(few):
-    half = collect(ENV, PARAMS, policy, 5, num_envs=6, steps=STEPS // 2, policy_params=GAIN)
-    rest = collect(
-        ENV,
-        PARAMS,
-        policy,
-        num_envs=6,
-        steps=STEPS // 2,
-        policy_params=GAIN,
-        progress=half.progress,
-    )
+    half = collected(6, STEPS // 2)
+    rest = collected(6, STEPS // 2, progress=half.progress)
     for wrong, said in ((half.progress, "6 environments; accepted: 5"), (3, "progress = 3")):
         with pytest.raises(ValueError, match=said):
-            collect(ENV, PARAMS, policy, num_envs=5, steps=1, policy_params=GAIN, progress=wrong)
+            collected(5, 1, progress=wrong)
     both = jnp.concatenate([half.reward, rest.reward])
     np.testing.assert_allclose(both, few.reward, atol=2e-6)  # another program
     np.testing.assert_array_equal(rest.progress.keys, few.progress.keys)
@@ -100,11 +85,7 @@ def test_cores_change_roundings_at_most(few, cores):
 
 @pytest.mark.long
 def test_inside_a_trace_it_is_one_program(few):
-    traced = jax.jit(
-        lambda gain: (
-            collect(ENV, PARAMS, policy, 5, num_envs=6, steps=STEPS, policy_params=gain).reward
-        )
-    )
+    traced = jax.jit(lambda gain: collected(6, gain=gain).reward)
     np.testing.assert_allclose(traced(GAIN), few.reward, atol=2e-6)
 
 

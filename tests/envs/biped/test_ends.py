@@ -86,7 +86,6 @@ def test_terminated_means_a_terminal_status_and_nothing_else(name):
         (0.02, 0.6, 30),
         (0.05, 10.0, 200),
         (0.01, 0.333, 33),
-        (0.03, 1.0, 33),
         (0.02, 0.001, 1),
     ],
 )

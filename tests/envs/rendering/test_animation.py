@@ -56,12 +56,13 @@ def test_a_webp_is_close_to_every_colour(film, tmp_path):
             assert np.abs(np.asarray(picture.convert("RGB")).astype(int) - frame).mean() < 2
 
 
+def never():
+    pytest.fail("a frame was asked for")
+    yield
+
+
 @pytest.mark.parametrize("name", ["walk.avi", "walk", "walk.jpg"])
 def test_other_suffixes_are_refused_before_any_frame_is_drawn(tmp_path, name):
-    def never():
-        pytest.fail("a frame was asked for")
-        yield
-
     with pytest.raises(ValueError, match=r"accepted: \.gif, \.png, \.webp"):
         save_animation(never(), tmp_path / name)
 
@@ -129,10 +130,6 @@ def test_an_ffmpeg_that_fails_is_an_error_with_its_last_line(tmp_path, monkeypat
 
 
 def test_without_ffmpeg_an_mp4_is_refused_before_any_picture_is_drawn(tmp_path, monkeypatch):
-    def never():
-        pytest.fail("a picture was asked for")
-        yield
-
     monkeypatch.setenv("PATH", str(tmp_path))
     monkeypatch.setitem(sys.modules, "imageio_ffmpeg", None)
     with pytest.raises(ValueError, match=r"needs ffmpeg, and there is none; accepted: pip install"):

@@ -105,7 +105,6 @@ def test_a_walk_that_ended_says_so(cause):
         {"normal_force": -5.0},
         {"torque": 1e6, "crank_rate": -400.0, "slide": -3.0},
         {"mu_static": 0.0, "mu_kinetic": 0.0, "zmp": math.nan},
-        {"floor_position": 250.0},
         {"floor_position": -80.0},
     ],
 )

@@ -11,8 +11,8 @@ import numpy as np
 
 import stickslip  # noqa: F401  (registers the environments)
 from stickslip.dynamics.ugv import PoseSolver, Track
-from stickslip.envs import GymEnv, GymVectorEnv, RandomTrack, UGVEnv, UGVEnvParams, UGVRandomisation
-from tests.envs.helpers import Rollout, _lone_walk, single_env, vector_env
+from stickslip.envs import GymEnv, RandomTrack, UGVEnv, UGVEnvParams, UGVRandomisation
+from tests.envs.helpers import Rollout, lone_walk, single_env
 
 UGV = "stickslip/UGV-v0"
 QUICK = PoseSolver(iterations=4, samples=4)
@@ -59,10 +59,6 @@ def make(name: str = "random", **more: Any) -> GymEnv:
     return single_env(UGV, {"solver": QUICK} | options(name) | more)
 
 
-def make_vec(num_envs: int, mode: Any, name: str = "random", **more: Any) -> GymVectorEnv:
-    return vector_env(UGV, num_envs, mode, {"solver": QUICK} | options(name) | more)
-
-
 def actions(steps: int, seed: int = 0, scale: float = 1.0) -> np.ndarray:
     """Uniform random actions [steps, 2]."""
     return np.random.default_rng(seed).uniform(-scale, scale, (steps, 2)).astype(np.float32)
@@ -76,13 +72,9 @@ def drive(env: UGVEnv, params: UGVEnvParams, given: Any, seed: int = 0) -> Rollo
     steps = len(given)
     whole = np.zeros((-(-steps // LENGTH) * LENGTH, 2), jnp.result_type(params.start))
     whole[:steps] = given
-    run = jax.tree.map(np.asarray, _lone_walk(env, params, jax.random.key(seed), whole))
+    run = jax.tree.map(np.asarray, lone_walk(env, params, jax.random.key(seed), whole))
     first = run.first_obs, run.first_state
     return Rollout(*first, *jax.tree.map(lambda of: of[:steps], run[len(first) :]))
-
-
-def first_state(run: Rollout) -> Any:
-    return run.first_state
 
 
 def path_of(run: Rollout) -> np.ndarray:

@@ -78,13 +78,9 @@ def test_the_optimiser_and_the_environment_stop_at_the_same_torque(float64):
 
 @pytest.mark.long
 def test_slopes_of_the_limits_are_those_of_differences(float64):
-    problem = replace(
-        ENV.problem(
-            ENV.reset_env(jax.random.key(0), ENV.make_params(track=GROUND))[1],
-            ENV.make_params(track=GROUND),
-        ),
-        max_torque=40.0,
-    )
+    params = ENV.make_params(track=GROUND)
+    problem = ENV.problem(ENV.reset_env(jax.random.key(0), params)[1], params)
+    problem = replace(problem, max_torque=40.0)
     x = np.clip(np.pi / 2 + 0.1 * np.random.default_rng(0).standard_normal(problem.n), 0.6, 2.5)
     rows, h = problem.jacobian(x), 1e-6
     way = np.random.default_rng(1).standard_normal(problem.n)

@@ -15,6 +15,7 @@ from stickslip.optim.gait import gait as between
 from stickslip.optim.gait.profile import Grid
 from stickslip.optim.problem import Structure
 from tests.optim.gait.helpers import periodic, transfer
+from tests.trees import differences
 
 
 @pytest.mark.parametrize(
@@ -30,21 +31,13 @@ def test_gradient_and_jacobian_are_the_slopes_of_value_and_constraints(objective
     problem = periodic(objective, steps=14, **limits)
     assert Structure.SMOOTH in problem.structure
     x = np.concatenate([[9.0], 2.0 * np.random.default_rng(0).standard_normal(15)])
-    step = 1e-5
-
-    def differences(function) -> np.ndarray:
-        sides = [
-            (function(x + step * one) - function(x - step * one)) / (2 * step) for one in np.eye(16)
-        ]
-        return np.stack(sides, axis=-1)
-
     for slope, function in (
         (problem.gradient(x), problem.objective),
         (problem.jacobian(x), problem.constraints),
     ):
         scale = np.max(np.abs(slope))
         assert scale > 0
-        np.testing.assert_allclose(slope, differences(function), atol=1e-6 * scale)
+        np.testing.assert_allclose(slope, differences(function, x, 1e-5), atol=1e-6 * scale)
 
 
 def test_slsqp_comes_to_the_conic_optimum():

@@ -14,6 +14,7 @@ from stickslip.optim import GaitProblem, Instance, instance, suite
 from stickslip.optim.gait.convex.conic import best_of
 from stickslip.optim.instances import biped
 from stickslip.optim.instances.biped import ANGLES, BipedDesign, Interpolated, gait_problem
+from tests.trees import differences
 
 PART = 16
 """Steps, nodes or angles in place of one."""
@@ -76,10 +77,9 @@ def test_a_straight_acceleration_is_the_same_motion_on_the_finer_grid():
     np.testing.assert_allclose(whole.a[:, ::4], own.a, atol=1e-12)
     assert few.objective(x) == pytest.approx(coarse.objective(x), rel=1e-3)
     assert np.min(few.constraints(x)) <= np.min(coarse.constraints(x)) + 1e-9
-    moved = [few.objective(x + d) - few.objective(x - d) for d in 1e-4 * np.eye(10)]
-    np.testing.assert_allclose(few.gradient(x), np.array(moved) / 2e-4, rtol=1e-5, atol=1e-9)
-    at = np.stack([few.constraints(x + d) - few.constraints(x - d) for d in 1e-4 * np.eye(10)], 1)
-    np.testing.assert_allclose(few.jacobian(x), at / 2e-4, rtol=1e-4, atol=1e-6)
+    slopes, rows = (differences(of, x, 1e-4) for of in (few.objective, few.constraints))
+    np.testing.assert_allclose(few.gradient(x), slopes, rtol=1e-5, atol=1e-9)
+    np.testing.assert_allclose(few.jacobian(x), rows, rtol=1e-4, atol=1e-6)
 
 
 def test_its_program_in_cvxpy_keeps_accelerations_straight_and_limits_everywhere():
@@ -107,9 +107,6 @@ def test_gains_draw_floors_and_falls_cost():
     assert max(drawn) < problem.objective(none)
 
 
-SLOPES = 1e-6
-
-
 @pytest.mark.long
 @pytest.mark.parametrize("scene", ["slippery", "patch"])
 def test_shooting_is_the_simulator_s_walk(scene):
@@ -124,12 +121,8 @@ def test_shooting_is_the_simulator_s_walk(scene):
     assert int(walk.status) <= 1
     expected = np.mean((rate / 3 - 1) ** 2 + biped.TORQUE_WEIGHT * (torques / 4) ** 2)
     assert problem.objective(x) == pytest.approx(expected + biped.SLIDE_WEIGHT * slid, rel=1e-9)
-    slope = problem.gradient(x)
-    moved = [
-        (problem.objective(x + d) - problem.objective(x - d)) / (2 * SLOPES)
-        for d in SLOPES * np.eye(6)
-    ]
-    assert slope == pytest.approx(moved, rel=1e-4, abs=1e-6)
+    slopes = differences(problem.objective, x, 1e-6)
+    assert problem.gradient(x) == pytest.approx(slopes, rel=1e-4, abs=1e-6)
 
 
 @pytest.mark.long

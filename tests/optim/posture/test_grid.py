@@ -6,6 +6,7 @@ import pytest
 from stickslip.optim import OptimStatus, solve
 from stickslip.optim.posture.grid import _arrive, build_grid
 from tests.optim.posture.helpers import over_bump
+from tests.trees import assert_same
 
 
 @pytest.fixture(scope="module")
@@ -16,8 +17,7 @@ def grid():
 def test_stations_in_chunks_are_the_stations_at_once(monkeypatch, grid):
     monkeypatch.setattr("stickslip.optim.posture.layers.CHUNK", 80)  # 3 waypoints of 25 pairs
     for one, other in zip(build_grid(over_bump(), 5, 2).layers, grid.layers, strict=True):
-        for a, b in zip(one.stations, other.stations, strict=True):
-            np.testing.assert_allclose(a, b, rtol=1e-12, atol=1e-9)
+        assert_same(one.stations, other.stations, rtol=1e-12, atol=1e-9)
 
 
 def test_the_graph_holds_the_moves_that_the_rate_allows_and_no_others():

@@ -12,17 +12,9 @@ from stickslip.optim import OptimStatus, PostureProblem, solve
 from stickslip.optim.posture.problem import evaluate_finer, finer
 from stickslip.optim.posture.waypoints import nearer_between
 from tests.optim.posture.helpers import HIGH, LOW, TRACK, over_bump, random_x
+from tests.trees import differences
 
 DOWN = np.pi / 2
-STEP = 1e-6
-
-
-def differences(function, x: np.ndarray) -> np.ndarray:
-    """Central differences, the last axis over x."""
-    sides = [
-        (function(x + STEP * one) - function(x - STEP * one)) / (2 * STEP) for one in np.eye(len(x))
-    ]
-    return np.stack(sides, -1)
 
 
 @pytest.mark.parametrize("name", ["total_energy", "grip", "torque_variation"])
@@ -32,7 +24,7 @@ def test_gradient_is_the_slope_of_the_objective(name: str):
     slope = problem.gradient(x)
     scale = np.max(np.abs(slope))
     assert scale > 0
-    np.testing.assert_allclose(slope, differences(problem.objective, x), atol=1e-6 * scale)
+    np.testing.assert_allclose(slope, differences(problem.objective, x, 1e-6), atol=1e-6 * scale)
 
 
 def test_jacobian_is_the_slope_of_the_constraints():
@@ -40,7 +32,7 @@ def test_jacobian_is_the_slope_of_the_constraints():
     x = random_x(problem, seed=4)
     slopes = problem.jacobian(x)
     assert slopes.shape == (len(problem.constraints(x)), problem.n)
-    np.testing.assert_allclose(slopes, differences(problem.constraints, x), atol=1e-7)
+    np.testing.assert_allclose(slopes, differences(problem.constraints, x, 1e-6), atol=1e-7)
 
 
 @pytest.mark.parametrize("count", [0, 5])
@@ -186,11 +178,9 @@ def rear_contact(params, track, x, angles):
 
 def test_bad_decision_vectors_are_refused():
     problem = over_bump()
-    with pytest.raises(ValueError, match=r"x has shape \(7,\); accepted: \(20,\)"):
-        problem.objective(np.ones(7))
     with pytest.raises(ValueError, match=r"x = nan .*accepted: 20 finite"):
         problem.gradient(np.full(problem.n, np.nan))
-    with pytest.raises(ValueError, match=r"x has shape \(10, 2\)"):
+    with pytest.raises(ValueError, match=r"x has shape \(10, 2\); accepted: \(20,\)"):
         problem.constraints(np.ones((10, 2)))
     with pytest.raises(ValueError, match=r"accepted: \(20,\)"):
         problem.objectives(np.ones(problem.n))

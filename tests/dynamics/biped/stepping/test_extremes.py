@@ -1,7 +1,4 @@
-"""The extremes: friction at its limits.
-
-Every case is a row of one compiled batch.
-"""
+"""The extremes: friction at its limits, every case a row of one compiled batch."""
 
 from __future__ import annotations
 
@@ -22,6 +19,7 @@ from tests.precision import mostly_single
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
+ENDS = (biped.SUPPORT_START, biped.SUPPORT_END)
 ROWS = 96
 """Walks go in batches of this size, the last one filled up, so that all share a program."""
 
@@ -73,9 +71,7 @@ def _one_batch(starts: Sequence[Start], model: biped.BipedModel, dtype: Any) -> 
 
     scenes = Scene.uniform(column("mu_static"))
     phase = np.array([row.phase for row in rows]).astype(dtype)
-    for end in np.asarray(
-        [biped.SUPPORT_START, biped.SUPPORT_END], dtype
-    ):  # as this type rounds them
+    for end in np.asarray(ENDS, dtype):  # as this type rounds them
         phase[np.abs(phase - end) < 1e-6] = end
     zero, steps = jnp.zeros(ROWS, dtype), jnp.zeros(ROWS, jnp.int32)
     place = jnp.asarray(phase), steps, column("crank_rate"), zero, column("foot_velocity"), zero
@@ -113,9 +109,7 @@ def _march(model, scenes, states, torques, sizes, counts) -> March:
 def _sound(state: biped.BipedState, contact: biped.Contact):
     leaves = jax.tree.leaves((state, contact))
     finite = jnp.all(jnp.stack([jnp.isfinite(leaf) for leaf in leaves]), axis=0)
-    low, high = (
-        jnp.asarray(end, state.phase.dtype) for end in (biped.SUPPORT_START, biped.SUPPORT_END)
-    )
+    low, high = jnp.asarray(ENDS, state.phase.dtype)
     return finite & (state.phase >= low) & (state.phase <= high)
 
 
@@ -273,9 +267,7 @@ def held_from_the_edge(dtype):
         )
         return contact.status, after
 
-    rows = [
-        jnp.asarray(np.repeat(row[:, None], len(NUDGES), 1), dtype) for row in (mu, phase, rate)
-    ]
+    rows = (jnp.asarray(np.repeat(r[:, None], len(NUDGES), 1), dtype) for r in (mu, phase, rate))
     held = jnp.asarray(torque[:, None] * (1 + NUDGES), dtype)
     return jax.jit(jax.vmap(jax.vmap(one)))(*rows, held)
 
