@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import os
+import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import partial
 from importlib.metadata import version
@@ -19,13 +19,20 @@ import numpy as np
 
 from stickslip.agents.evaluation import players, rollout
 from stickslip.agents.machine import machine_by_name
-from stickslip.dynamics.checks import require_integer, require_memory, require_number
+from stickslip.dynamics.checks import (
+    require_integer,
+    require_kind,
+    require_memory,
+    require_number,
+    shown,
+)
 from stickslip.dynamics.lazily import require
 from stickslip.dynamics.pytrees import register_pytree
 from stickslip.envs.functional import horizon
 from stickslip.envs.tasks.definition import task_by_name
 from stickslip.envs.tasks.known import known_of
 from stickslip.optim.progress import say_stage
+from stickslip.records.files import require_makeable
 from stickslip.records.table import Column, Content, Table
 
 if TYPE_CHECKING:
@@ -37,6 +44,9 @@ if TYPE_CHECKING:
 EPISODES, FIRST_SEED = 30, 2**20
 """Episodes of each policy with each noise, and the seed of the first: those of test episodes are
 smaller, those of validation episodes greater."""
+ROOT, NAME = "MINARI_DATASETS_PATH", re.compile(r"(?:[\w-][\w/-]*[\w-]/)?[\w-]+-v\d+")
+NAMES = "name-v0 or namespace/name-v0, of letters, digits, - and _, two and more in a namespace"
+INFOS = "a function of an episode and its seed that returns arrays [length + 1] by names, not cost"
 Infos: TypeAlias = Callable[[rollout.Rollout[Any], int], Mapping[str, np.ndarray]]
 """Further infos [length + 1] of a trimmed episode and its seed; the first row is the reset's."""
 
@@ -91,26 +101,34 @@ def record(
     require("minari", "a recording", extra="data")
     defined = task_by_name(task)
     rollout.require_named("controllers", controllers, "{name: controller}")
-    shares = np.atleast_1d(np.asarray(noise, float))
-    require_number("noise", shares, low=0.0, high=1.0, accepted="shares from 0 to 1")
-    pairs: list[tuple[str, float]] = list(product(controllers, shares.tolist()))
-    require_integer("episodes", episodes, high=rollout.MOST_EPISODES)
+    require_number("noise", noise, low=0.0, high=1.0, accepted="shares from 0 to 1")
+    if np.ndim(noise) > 1:
+        raise ValueError(f"noise has shape {np.shape(noise)}; accepted: a row of shares")
+    shares = np.atleast_1d(np.asarray(noise, float)).tolist()
+    pairs: list[tuple[str, float]] = list(product(controllers, shares))
+    most = rollout.MOST_EPISODES // len(pairs)
+    accepted = f"an integer from 1 to {most}, for each of {len(pairs)} policies and noises"
+    require_integer("episodes", episodes, high=most, accepted=accepted)
     require_integer("seed", seed, low=0, high=rollout.VALIDATION_SEEDS - len(pairs) * episodes)
+    if infos is not None:
+        require_kind("infos", infos, Callable, INFOS)  # pyright: ignore[reportArgumentType]
+    path = new_dataset(dataset)
     env, params = defined.make()
     what = f"{len(pairs)} times {episodes} episodes"
     size = len(pairs) * episodes, horizon(params) * rollout.STEP_BYTES
     require_memory(what, f"episodes of {horizon(params)} steps", *size)
-    rows, episodes_of = [], []
-    with _new(dataset) as write:
-        for name, share in pairs:
-            say_stage(f"recording {name}, noise {share:g}")
-            seeds = range(seed + len(rows) * episodes, seed + (len(rows) + 1) * episodes)
-            who = rollout.validated(f"controllers[{name!r}]", controllers[name])
-            played = _played(rollout.without_resets(env), who, params, seeds, share)
-            buffers = [_buffer(one, its, infos) for one, its in zip(played, seeds, strict=True)]
-            rows.append((name, share, episodes, *_sums(buffers)))
-            episodes_of += buffers
-        write(defined, episodes_of, pairs)
+    rows, buffers = [], []
+    for name, share in pairs:
+        say_stage(f"recording {name}, noise {share:g}")
+        seeds = range(seed + len(buffers), seed + len(buffers) + episodes)
+        who = rollout.validated(f"controllers[{name!r}]", controllers[name])
+        played = _played(rollout.without_resets(env), who, params, seeds, share)
+        buffers += [_buffer(one, its, infos) for one, its in zip(played, seeds, strict=True)]
+        rows.append((name, share, episodes, *_sums(buffers[-episodes:])))
+    _make_namespace(dataset)
+    with TemporaryDirectory(dir=path.parent, prefix=".") as folder:
+        _store(Path(folder) / path.name, dataset, defined, buffers, pairs)
+        os.rename(Path(folder) / path.name, path)
     units = {"noise": "-", "episodes": "-", "steps": "-", "return": defined.unit, "cost": "-"}
     return Table((Column("policy", words=True), *map(Column, units, units.values())), rows)
 
@@ -148,7 +166,7 @@ def _buffer(played: rollout.Rollout, seed: int, infos: Infos | None) -> Any:
     """An episode in Minari's words."""
     from minari.data_collector import EpisodeBuffer
 
-    more = {} if infos is None else infos(played, seed)
+    more = {} if infos is None else _checked(infos(played, seed), 1 + int(played.length))
     made: dict[str, Any] = {
         "observations": np.concatenate([played.start_obs[None], played.obs]),
         "actions": played.action,
@@ -170,26 +188,43 @@ def _sums(buffers: Sequence[Any]) -> tuple[int, float, float]:
     return steps, earned, cost
 
 
-@contextmanager
-def _new(dataset: str) -> Iterator[Callable[[TaskDefinition, list[Any], list[Any]], None]]:
-    """What writes a data set, of which nothing is there until it is whole. ValueError for one that
-    exists and for a name that Minari does not take."""
-    from minari.dataset.minari_dataset import parse_dataset_id
-    from minari.namespace import create_namespace, list_local_namespaces
+def _checked(found: Any, rows: int) -> Mapping[str, np.ndarray]:
+    """Infos of an episode, or ValueError."""
+    require_kind("infos(...)", found, Mapping, INFOS)
+    checked = {str(name): np.asarray(one) for name, one in found.items()}
+    for name, one in checked.items():
+        if name == "cost" or one.shape[:1] != (rows,) or one.dtype.kind not in "biuf":
+            raise ValueError(f"infos: {name!r} has shape {one.shape}; accepted: {INFOS}")
+    return checked
+
+
+def new_dataset(dataset: str) -> Path:
+    """The folder of a data set that is not there yet. ValueError for one that exists, is inside
+    another one, or has a name that Minari does not take; OSError where it cannot be written."""
+    require("minari", "a recording", extra="data")
     from minari.storage import get_dataset_path
 
-    namespace, path = parse_dataset_id(dataset)[0], Path(get_dataset_path(dataset))
-    if path.exists():
-        raise ValueError(f"{path} exists; accepted: the name of a new data set")
+    require_kind("dataset", dataset, str, NAMES)
+    if NAME.fullmatch(dataset) is None:
+        raise ValueError(f"dataset = {shown(dataset)}; accepted: {NAMES}")
+    if not os.path.isabs(os.environ.get(ROOT, os.sep)):
+        raise ValueError(f"{ROOT} = {shown(os.environ[ROOT])}; accepted: an absolute path")
+    root = Path(get_dataset_path())
+    path = root / dataset
+    within = [one for one in path.parents if (one / "data" / "metadata.json").exists()]
+    if os.path.lexists(path) or within:
+        raise ValueError(f"{[path, *within][-1]} exists; accepted: the name of a new data set")
+    require_makeable(path.parent, path)
+    return path
 
-    def write(task: TaskDefinition, buffers: list[Any], pairs: list[Any]) -> None:
-        if namespace is not None and namespace not in list_local_namespaces():
-            create_namespace(namespace)
-        with TemporaryDirectory(dir=path.parent, prefix=".") as folder:
-            _store(Path(folder) / path.name, dataset, task, buffers, pairs)
-            os.rename(Path(folder) / path.name, path)
 
-    yield write
+def _make_namespace(dataset: str) -> None:
+    """Make the folders above a data set as Minari does."""
+    from minari.namespace import create_namespace, list_local_namespaces
+
+    namespace, _, _ = dataset.rpartition("/")
+    if namespace and namespace not in list_local_namespaces():
+        create_namespace(namespace)
 
 
 def _store(
@@ -229,7 +264,9 @@ def record_command(given: Options) -> Content:
     task = given["task"] or players.shared_task(named)
     if task is None:
         raise ValueError("no common task; accepted: --task, or policies trained on one named task")
-    dataset = given["dataset"] or f"stickslip/{task_by_name(task).name}/episodes-v0"
+    usual = f"stickslip/{task_by_name(task).name}/episodes-v0"
+    dataset = usual if given["dataset"] is None else given["dataset"]
+    new_dataset(dataset)  # a baseline may plan for long
     how = {name: given[name] for name in ("episodes", "noise", "seed")}
     table = record(task, players.players_on(task, named), dataset, **how)
     print(f"{table.rounded(4).terminal()}\nminari.load_dataset({dataset!r})")

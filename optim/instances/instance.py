@@ -30,6 +30,7 @@ from stickslip.dynamics.checks import (
 from stickslip.dynamics.pytrees import given_state, read_only, refuse_after_fork
 from stickslip.optim.function_problem import FunctionProblem
 from stickslip.optim.instances.objective import Objective
+from stickslip.optim.problem import as_floats
 
 if TYPE_CHECKING:
     from jaxtyping import Float
@@ -134,7 +135,7 @@ class Instance:
         """Values of free numbers, and whether they are feasible; of a noisy instance the mean over
         QUIET draws that no objective's seed begins with. Counted nowhere."""
         free = [one.free for one in self.problems]
-        x = np.asarray(x, float)
+        x = as_floats("x", x, "finite numbers")
         feasible = free[0].is_feasible(x)
         if isinstance(self.problem, FunctionProblem) and self.flags.noisy:
             whole = np.broadcast_to(free[0].expand(x), (QUIET, self.problem.n))
@@ -196,6 +197,8 @@ def instance(name: str, seed: int | None = None) -> Instance:
     require_kind("id", name, str, "an id of `suite()`")
     if seed is None and (drawn := SEEDED.fullmatch(name)):
         name, seed = drawn[1], int(drawn[2])
+    elif drawn := SEEDED.fullmatch(name):
+        raise ValueError(f"id = {shown(name)} with seed = {shown(seed)}; accepted: one of them")
     if name not in _all():
         near = nearest(name, _all())
         raise ValueError(

@@ -1,8 +1,14 @@
-"""Run with `python -I` where the wheel and its core dependencies are, and the checkout is not."""
+"""Run by test_wheel.py in an environment that holds the wheel and its core dependencies only.
+
+Checks the installed package, never the checkout: run with `python -I` from elsewhere.
+"""
 
 import importlib.metadata
 import sys
 from pathlib import Path
+
+OPTIONAL = {"torch", "matplotlib", "PIL", "pygame", "stable_baselines3", "rich"}
+OPTIONAL |= {"tqdm", "jaxtyping", "pytest", "optax"}
 
 
 def check(condition: object, message: str) -> None:
@@ -12,7 +18,7 @@ def check(condition: object, message: str) -> None:
 
 
 def check_import() -> None:
-    """The wheel is what is imported, whole, and leaves JAX's precision alone."""
+    """Importing stickslip brings no optional package and leaves JAX's precision alone."""
     import jax
 
     before = jax.config.read("jax_enable_x64")
@@ -22,6 +28,8 @@ def check_import() -> None:
     check((Path(stickslip.__file__ or "").parent / "py.typed").is_file(), "py.typed is missing")
     check(stickslip.__version__ == importlib.metadata.version("stickslip"), "versions differ")
     check(jax.config.read("jax_enable_x64") == before, "import stickslip switched jax_enable_x64")
+    loaded = OPTIONAL & set(sys.modules)
+    check(not loaded, f"import stickslip imported {sorted(loaded)}")
 
 
 def check_gymnasium(env_id: str) -> None:

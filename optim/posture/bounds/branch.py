@@ -122,6 +122,8 @@ CELLS = 42
 """Cells of each leg's range at the first level, about."""
 CORNERS = 600_000
 """Most corners of all waypoints together, at the finest level."""
+BEYOND = 1e-3
+"""Share by which the least torque of all drives is above a limit that none meets."""
 MOST_LEVELS = 8
 FIRST = 2_500
 """Bytes of a cell that is not yet halved, with its derivatives."""
@@ -141,8 +143,9 @@ class DriveBound:
     Proved from the problem's own numbers in interval arithmetic, with the one assumption of
     `stickslip.optim.intervals` and, on tables whose pieces miss each other by rounding, an
     allowance of JOINTS times that. Left out, so that the bound may be lower than it need be: the
-    clearance, and ground that enters a wheel beside its contact. It is no bound for what lies
-    between the waypoints, which the problem does not look at, nor for other waypoints.
+    clearance, the motors' torque, and ground that enters a wheel beside its contact. It is no bound
+    for what lies between the waypoints, which the problem does not look at, nor for other
+    waypoints.
     """
 
     value: float
@@ -284,7 +287,9 @@ def solve_branch(
     known = drive.x if drive.feasible else None
     found = bound_every_drive(problem, known, tolerance=tolerance, **options)
     details = {"gap": found.gap, "levels": list(found.levels)}
-    if found.value == float("inf"):
+    torque, most = problem.criterion.name == "peak_torque", problem.max_torque
+    beyond = torque and most is not None and found.value > (1 + BEYOND) * float(most)
+    if found.value == float("inf") or (beyond and not drive.feasible):
         return PostureResult.without_point(
             method="branch",
             status=OptimStatus.INFEASIBLE,

@@ -380,9 +380,10 @@ class Surveyor:
             known &= np.isfinite(F.size)
             out |= float(problem.min_normal) - slack > N
             # mu N - |F| is below this in all of the cell.
-            for sign in (1, -1):
-                out |= cells.grip_at_most(wheel, sign, mu) < float(problem.min_grip) - slack
-            out |= mu * N - F.least_size < float(problem.min_grip) - slack
+            with np.errstate(invalid="ignore"):  # 0 times infinity tells nothing
+                for sign in (1, -1):
+                    out |= cells.grip_at_most(wheel, sign, mu) < float(problem.min_grip) - slack
+                out |= mu * N - F.least_size < float(problem.min_grip) - slack
         return out & known
 
 

@@ -13,6 +13,10 @@ TASK, NAME = "UGVRandomBumps-v1", "mine/level-v3"
 LEVEL = {"level": LevelBody()}
 
 
+def numbered(played, seed):
+    return {"seed": np.full(len(played.reward) + 1, seed)}
+
+
 @pytest.fixture(autouse=True)
 def root(tmp_path, monkeypatch):
     monkeypatch.setenv("MINARI_DATASETS_PATH", str(tmp_path / "data sets"))
@@ -43,16 +47,14 @@ def test_a_recording_is_what_the_environment_plays_from_the_same_seeds():
 
 
 def test_without_noise_returns_and_normalised_scores_are_those_of_evaluate():
-    table = record(
-        TASK, LEVEL, NAME, episodes=3, seed=0, infos=lambda played, seed: {"seed": [seed]}
-    )
+    table = record(TASK, LEVEL, NAME, episodes=3, seed=0, infos=numbered)
     row = evaluate_task(TASK, LEVEL, episodes=3).row(TASK, "level")
     assert table.records()[0]["return"] == pytest.approx(row.metrics["return"].value, rel=1e-6)
     data, known = minari.load_dataset(NAME), known_of(task_by_name(TASK))
     returns = np.array([one.rewards.sum() for one in data])
     found = minari.get_normalized_score(data, returns)
     np.testing.assert_allclose(found, known.scale.score(returns), rtol=1e-5)
-    assert [one.infos["seed"].tolist() for one in data] == [[0], [1], [2]]
+    assert [one.infos["seed"][0] for one in data] == [0, 1, 2]
 
 
 @pytest.mark.parametrize(
@@ -61,6 +63,11 @@ def test_without_noise_returns_and_normalised_scores_are_those_of_evaluate():
         ({"task": "UGVRandomBump-v1"}, "UGVRandomBumps-v1"),
         ({"dataset": "no spaces"}, "no spaces"),
         ({"dataset": "../out-v0"}, "out-v0"),
+        ({"dataset": "mine/level"}, r"dataset = 'mine/level'; accepted: name-v0"),
+        ({"dataset": 3}, "dataset = 3; accepted: name-v0"),
+        ({"noise": [[0, 1]]}, r"noise has shape \(1, 2\)"),
+        ({"infos": 3}, "infos = 3"),
+        ({"infos": lambda played, seed: {"cost": np.zeros(3)}}, r"'cost' has shape \(3,\)"),
         ({"noise": [0.5, 1.5]}, "1.5"),
         ({"noise": []}, "no number"),
         ({"controllers": {}}, "at least one"),
@@ -86,5 +93,7 @@ def test_a_data_set_is_there_whole_or_not_at_all_and_is_not_replaced(root, monke
             record(TASK, LEVEL, NAME, episodes=1)
     assert [one.name for one in (root / "mine").iterdir()] == ["namespace_metadata.json"]
     record(TASK, LEVEL, NAME, episodes=1)
+    with pytest.raises(ValueError, match="level-v3 exists"):
+        record(TASK, LEVEL, f"{NAME}/inside-v0")
     given = ["record", "level-body", "--task", TASK, "--dataset", NAME]
     assert "exists; accepted" in refusal(capsys, *given)
