@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import field, replace
 from functools import partial
 from typing import TYPE_CHECKING, Any, Generic, NamedTuple, TypeAlias, TypeVar
@@ -166,13 +167,15 @@ def _rollout(
     def advance(last: tuple[Any, ...], memory: Any) -> tuple[Any, tuple[Any, ...]]:
         """The row after a control step, with entries as Rollout has them from `state` to `info`."""
         state, obs = last[:2]
-        memory, action = controller.act(memory, obs, state, params)
+        with _made_for(env, state, params):
+            memory, action = controller.act(memory, obs, state, params)
         _require_size(env, action)
         obs, state, *outcome, info = pure_step(env, unused, state, action, params)
         info = {name: info[name] for name in info if name not in ("final_obs", "autoreset")}
         return memory, (state, obs, action, *outcome, info)
 
-    memory = controller.init(params, start)
+    with _made_for(env, start, params):
+        memory = controller.init(params, start)
     shapes = jax.eval_shape(lambda: advance((start, start_obs), memory)[1])
     blank = jax.tree.map(lambda leaf: jnp.zeros(leaf.shape, leaf.dtype), shapes)
 
@@ -188,12 +191,27 @@ def _rollout(
     return Rollout(start, start_obs, *rows, length=length)
 
 
+@contextmanager
+def _made_for(env: AnyEnv, state: object, params: object) -> Iterator[None]:
+    """Inside, reading what a state or parameters of this environment lack is a ValueError."""
+    try:
+        yield
+    except AttributeError as error:
+        if not isinstance(error.obj, (type(state), type(params))):
+            raise
+        raise ValueError(
+            f"the controller reads {error.name!r} of a {type(error.obj).__name__}, which lacks it; "
+            f"accepted: a controller made for {type(env).__name__}"
+        ) from error
+
+
 def require_fitting(env: AnyEnv, controller: Any, params: Timed) -> None:
     """Raise ValueError unless the controller's action has the environment's shape."""
 
     def first(controller: Controller, params: Timed) -> Array:
         obs, state = env.reset_env(jax.random.key(0), params)
-        return controller.act(controller.init(params, state), obs, state, params)[1]
+        with _made_for(env, state, params):
+            return controller.act(controller.init(params, state), obs, state, params)[1]
 
     _require_size(env, jax.eval_shape(first, controller, params))
 

@@ -2,6 +2,7 @@
 
 import io
 import json
+import os
 import platform
 from collections.abc import Iterable, Mapping
 from contextlib import suppress
@@ -124,6 +125,7 @@ def policy_path(name: str | Path) -> Path:
 
 def existing_path(name: str | Path) -> Path:
     """The same; ValueError for a word that names nothing, with the nearest of the package's."""
+    require_kind("name", name, (str, os.PathLike), "the name of a policy, or a path")
     path = policy_path(name)
     if isinstance(name, str) and NAME.fullmatch(name) and not path.exists():
         raise ValueError(no_policy(name))

@@ -9,6 +9,7 @@ from stickslip.agents import (
     Optimum,
     describe_environment,
     evaluate,
+    load_policy,
     rollout,
     save_policy,
     train,
@@ -33,6 +34,11 @@ def places():
         (lambda: evaluate(ENV, NAMED, places(), episodes=0), "episodes = 0"),
         (lambda: rollout(ENV, WHO, ENV.default_params, 3.0), "key = 3.0; accepted: an integer"),  # pyright: ignore[reportArgumentType]
         (lambda: rollout(VEHICLE, Optimum(), VEHICLE.default_params, 0), "controller = Opt"),  # pyright: ignore[reportArgumentType]
+        (
+            lambda: rollout(VEHICLE, WHO, VEHICLE.default_params, 0),
+            "reads 'biped' of a UGVEnvState",
+        ),  # pyright: ignore[reportArgumentType]
+        (lambda: load_policy(3), "name = 3; accepted: the name of a policy"),  # pyright: ignore[reportArgumentType]
         (lambda: describe_environment(ENV, VEHICLE.default_params), "params = UGV"),  # pyright: ignore[reportArgumentType]
         (lambda: save_policy(WHO, "mine.npz"), "policy = Crank"),  # pyright: ignore[reportArgumentType]
         (lambda: train("biped", "run"), "config = 'biped'"),  # pyright: ignore[reportArgumentType]
