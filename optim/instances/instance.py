@@ -145,7 +145,8 @@ class Instance:
 
     def objective(self, **options: Any) -> Objective:
         """A fresh Objective, whose options these are: budget, seconds, seed."""
-        require_known(options, ("budget", "seconds", "seed"), "option of an objective")
+        known = ("budget", "seconds", "seed", "record")
+        require_known(options, known, "option of an objective")
         return Objective(self.problems, noisy=self.flags.noisy, **options)
 
     @property

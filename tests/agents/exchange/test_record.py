@@ -47,14 +47,14 @@ def test_a_recording_is_what_the_environment_plays_from_the_same_seeds():
 
 
 def test_without_noise_returns_and_normalised_scores_are_those_of_evaluate():
-    table = record(TASK, LEVEL, NAME, episodes=3, seed=0, infos=numbered)
-    row = evaluate_task(TASK, LEVEL, episodes=3).row(TASK, "level")
+    table = record(TASK, LEVEL, NAME, episodes=2, seed=0, infos=numbered)
+    row = evaluate_task(TASK, LEVEL, episodes=2).row(TASK, "level")
     assert table.records()[0]["return"] == pytest.approx(row.metrics["return"].value, rel=1e-6)
     data, known = minari.load_dataset(NAME), known_of(task_by_name(TASK))
     returns = np.array([one.rewards.sum() for one in data])
     found = minari.get_normalized_score(data, returns)
     np.testing.assert_allclose(found, known.scale.score(returns), rtol=1e-5)
-    assert [one.infos["seed"][0] for one in data] == [0, 1, 2]
+    assert [one.infos["seed"][0] for one in data] == [0, 1]
 
 
 @pytest.mark.parametrize(
@@ -73,11 +73,11 @@ def test_without_noise_returns_and_normalised_scores_are_those_of_evaluate():
         ({"controllers": {}}, "at least one"),
         ({"controllers": {"level": 3}}, "a controller"),
         ({"episodes": 0}, "episodes = 0"),
-        ({"seed": 2**31 - 5}, "seed = 2147483643"),
+        ({"seed": 2**31 - 1}, "seed = 2147483647"),
     ],
 )
 def test_what_is_refused(changed, message, root):
-    given = {"task": TASK, "controllers": LEVEL, "dataset": NAME, **changed}
+    given = {"task": TASK, "controllers": LEVEL, "dataset": NAME, "episodes": 2, **changed}
     with pytest.raises(ValueError, match=message):
         record(**given)
     assert not list(root.rglob("*.hdf5"))
@@ -90,9 +90,9 @@ def test_a_data_set_is_there_whole_or_not_at_all_and_is_not_replaced(root, monke
     with monkeypatch.context() as within:
         within.setattr(minari.dataset.minari_storage.MinariStorage, "update_metadata", broken)
         with pytest.raises(OSError, match="no space"):
-            record(TASK, LEVEL, NAME, episodes=1)
+            record(TASK, LEVEL, NAME, episodes=2)
     assert [one.name for one in (root / "mine").iterdir()] == ["namespace_metadata.json"]
-    record(TASK, LEVEL, NAME, episodes=1)
+    record(TASK, LEVEL, NAME, episodes=2)
     with pytest.raises(ValueError, match="level-v3 exists"):
         record(TASK, LEVEL, f"{NAME}/inside-v0")
     given = ["record", "level-body", "--task", TASK, "--dataset", NAME]

@@ -189,7 +189,9 @@ def test_without_friction_momentum_and_energy_are_kept(dtype):
     assert end.switches.max() > 1
 
 
-@pytest.mark.parametrize(("direction", "known"), [(1, 3.2636), (-1, 1.3410)])
+@pytest.mark.parametrize(
+    ("direction", "known"), [pytest.param(1, 3.2636, marks=pytest.mark.long), (-1, 1.3410)]
+)
 def test_sliding_beyond_painleve_is_refused_and_short_of_it_runs(float64, direction, known):
     """Both directions have a bound; 0.1 % below it a step still has its one solution."""
     bound, phase = painleve(direction)
