@@ -78,6 +78,7 @@ def test_a_race_is_stopped_within_a_run(tmp_path):
     assert time.monotonic() < began + 60
 
 
+@pytest.mark.long
 def test_a_race_that_is_killed_goes_on_with_what_is_missing(tmp_path):
     path = tmp_path / "race"
     paths = os.pathsep.join([str(Path(__file__).parents[3]), *filter(None, sys.path)])
