@@ -138,7 +138,7 @@ def measure(task: TaskDefinition, before: dict[str, Any]) -> dict[str, Any]:
         print(f"{task.name}: {name}", flush=True)
         return entry(task, name, played_on(task, player, episodes, shield))
 
-    left_out = () if "mark" in task.parameters else ("stop-at-mark",)  # as optimal-gait there
+    left_out = () if "mark" in task.parameters else ("stop-at-mark",)  # it is optimal-gait there
     names = [name for name in machine.baselines if name not in left_out]
     rows = {name: earned(name, machine.baseline(name, env)) for name in names}
     if task.cost_limit is not None:

@@ -55,7 +55,7 @@ class FunctionalEnv(ABC, Generic[State, Params]):
     action_names: tuple[str, ...]
     params_kind: type = object
     state_kind: type = object
-    """The class of the parameters."""
+    """The classes of the parameters and of the states."""
 
     def __new__(cls, *args: object, **options: object) -> FunctionalEnv:
         """Refuse unknown names with those that are known, before the constructor counts them."""

@@ -30,7 +30,7 @@ from stickslip.dynamics.lazily import require
 from stickslip.dynamics.pytrees import register_pytree
 from stickslip.envs.functional import horizon
 from stickslip.envs.tasks.definition import task_by_name
-from stickslip.envs.tasks.known import known_of
+from stickslip.envs.tasks.known import measured
 from stickslip.optim.progress import say_stage
 from stickslip.records.files import require_makeable
 from stickslip.records.table import Column, Content, Table
@@ -98,7 +98,6 @@ def record(
     Returns episodes, steps, mean return and mean cost of each controller with each noise.
     ValueError for an unknown task, a data set that exists or a name that Minari does not take.
     """
-    require("minari", "a recording", extra="data")
     defined = task_by_name(task)
     rollout.require_named("controllers", controllers, "{name: controller}")
     require_number("noise", noise, low=0.0, high=1.0, accepted="shares from 0 to 1")
@@ -235,17 +234,17 @@ def _store(
     import minari
     from minari.dataset.minari_storage import MinariStorage
 
-    known = known_of(task)
+    known = measured(task.name)
     about = {
         "dataset_id": dataset,
         "minari_version": minari.__version__,
         "algorithm_name": ", ".join(f"{name} with noise {noise:g}" for name, noise in pairs),
         "description": task.headline,
         "requirements": [f"stickslip=={version('stickslip')}"],
+        "ref_min_score": known.trivial.value,
+        "ref_max_score": known.best.value,
+        "num_episodes_average_score": known.episodes,
     }
-    if known is not None:
-        about |= {"ref_min_score": known.trivial.value, "ref_max_score": known.best.value}
-        about |= {"num_episodes_average_score": known.episodes}
     path.mkdir()
     storage = MinariStorage.new(path / "data", env_spec=gymnasium.spec(task.id))
     storage.update_metadata(about)

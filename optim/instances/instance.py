@@ -144,10 +144,11 @@ class Instance:
         return np.array([one.objective(x) for one in free]), feasible
 
     def objective(self, **options: Any) -> Objective:
-        """A fresh Objective, whose options these are: budget, seconds, seed."""
-        known = ("budget", "seconds", "seed", "record")
-        require_known(options, known, "option of an objective")
-        return Objective(self.problems, noisy=self.flags.noisy, **options)
+        """A fresh Objective, whose options these are: budget, seconds, seed, record."""
+        own = {"problems": self.problems, "noisy": self.flags.noisy}
+        names = [one.name for one in fields(Objective) if one.name not in own]
+        require_known(options, names, "option of an objective")
+        return Objective(**own, **options)
 
     @property
     def known(self) -> Known | None:
@@ -196,10 +197,10 @@ def instance(name: str, seed: int | None = None) -> Instance:
     ends in "-s" and the seed. Without `known` it may have no feasible point.
     """
     require_kind("id", name, str, "an id of `suite()`")
-    if seed is None and (drawn := SEEDED.fullmatch(name)):
-        name, seed = drawn[1], int(drawn[2])
-    elif drawn := SEEDED.fullmatch(name):
-        raise ValueError(f"id = {shown(name)} with seed = {shown(seed)}; accepted: one of them")
+    if found := SEEDED.fullmatch(name):
+        if seed is not None:
+            raise ValueError(f"id = {shown(name)} with seed = {shown(seed)}; accepted: one of them")
+        name, seed = found[1], int(found[2])
     if name not in _all():
         near = nearest(name, _all())
         raise ValueError(
