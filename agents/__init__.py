@@ -46,5 +46,7 @@ if TYPE_CHECKING:
     from stickslip.agents.ugv.controllers import LevelBody as LevelBody
     from stickslip.agents.ugv.controllers import Optimum as Optimum
     from stickslip.agents.ugv.machine import UGVTrainConfig as UGVTrainConfig
+    from stickslip.agents.ugv.regret import DriveValues as DriveValues
+    from stickslip.agents.ugv.regret import RegretInfo as RegretInfo
 else:
     __getattr__, __dir__, __all__ = loaded_when_used(__name__)

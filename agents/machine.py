@@ -19,6 +19,7 @@ from stickslip.dynamics.checks import nearest, require_choice, shown
 if TYPE_CHECKING:
     from stickslip.agents.evaluation.rollout import Rollout
     from stickslip.agents.evaluation.table import Measures
+    from stickslip.agents.exchange.record import Infos
     from stickslip.agents.sweeps.swept import Swept
     from stickslip.envs.functional import AnyEnv
     from stickslip.envs.rendering.page import Episode
@@ -169,6 +170,10 @@ class Machine(ABC, Generic[Env, Params, Config]):
         raise ValueError(f"--in {program} with the {self.title}; accepted: none, or the biped")
 
     # Evaluation.
+
+    def regrets(self, env: Env, params: Params) -> Infos:
+        """Infos `value` and `regret` of an episode's rows. ValueError without such a planner."""
+        raise ValueError(f"regret with the {self.title}; accepted: none, or a task of the UGV")
 
     def measures(self, env: Env) -> Measures:
         """Kept values of an environment's episodes, and the columns of its tables."""

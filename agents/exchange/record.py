@@ -88,13 +88,15 @@ def record(
     episodes: int = EPISODES,
     seed: int = FIRST_SEED,
     infos: Infos | None = None,
+    regret: bool = False,
 ) -> Table:
     """Record a named task as a Minari data set, which `minari.load_dataset(dataset)` reads.
 
     Each controller plays so many episodes with each share of noise (see Noisy); a share of 1 is a
     random policy. The first episode is that of `reset(seed=seed)`, the next that of seed + 1.
     Minari's normalised score is the task's score. Infos hold `cost` [length + 1], what a limit
-    counts, and what `infos` returns; the metadata of an episode its policy, noise and seed.
+    counts, and what `infos` returns; the metadata of an episode its policy, noise and seed. regret:
+    infos hold `value` and `regret`, too, those of RegretInfo, on tasks of the UGV.
     Returns episodes, steps, mean return and mean cost of each controller with each noise.
     ValueError for an unknown task, a data set that exists or a name that Minari does not take.
     """
@@ -111,8 +113,12 @@ def record(
     require_integer("seed", seed, low=0, high=rollout.VALIDATION_SEEDS - len(pairs) * episodes)
     if infos is not None:
         require_kind("infos", infos, Callable, INFOS)  # pyright: ignore[reportArgumentType]
+    require_kind("regret", regret, bool, "True or False")
     path = new_dataset(dataset)
     env, params = defined.make()
+    told = [] if infos is None else [infos]
+    if regret:
+        told.append(machine_by_name(defined.machine).regrets(env, params))
     what = f"{len(pairs)} times {episodes} episodes"
     size = len(pairs) * episodes, horizon(params) * rollout.STEP_BYTES
     require_memory(what, f"episodes of {horizon(params)} steps", *size)
@@ -122,7 +128,7 @@ def record(
         seeds = range(seed + len(buffers), seed + len(buffers) + episodes)
         who = rollout.validated(f"controllers[{name!r}]", controllers[name])
         played = _played(rollout.without_resets(env), who, params, seeds, share)
-        buffers += [_buffer(one, its, infos) for one, its in zip(played, seeds, strict=True)]
+        buffers += [_buffer(one, its, told) for one, its in zip(played, seeds, strict=True)]
         rows.append((name, share, episodes, *_sums(buffers[-episodes:])))
     _make_namespace(dataset)
     with TemporaryDirectory(dir=path.parent, prefix=".") as folder:
@@ -161,11 +167,13 @@ def _side_by_side(
     return jax.vmap(one, (axis, 0))(controller, keys)
 
 
-def _buffer(played: rollout.Rollout, seed: int, infos: Infos | None) -> Any:
+def _buffer(played: rollout.Rollout, seed: int, infos: Sequence[Infos]) -> Any:
     """An episode in Minari's words."""
     from minari.data_collector import EpisodeBuffer
 
-    more = {} if infos is None else _checked(infos(played, seed), 1 + int(played.length))
+    more = {}
+    for told in infos:
+        more |= _checked(told(played, seed), 1 + int(played.length))
     made: dict[str, Any] = {
         "observations": np.concatenate([played.start_obs[None], played.obs]),
         "actions": played.action,
@@ -266,7 +274,7 @@ def record_command(given: Options) -> Content:
     usual = f"stickslip/{task_by_name(task).name}/episodes-v0"
     dataset = usual if given["dataset"] is None else given["dataset"]
     new_dataset(dataset)  # a baseline may plan for long
-    how = {name: given[name] for name in ("episodes", "noise", "seed")}
+    how = {name: given[name] for name in ("episodes", "noise", "seed", "regret")}
     table = record(task, players.players_on(task, named), dataset, **how)
     print(f"{table.rounded(4).terminal()}\nminari.load_dataset({dataset!r})")
     return Content({"recorded": table}, {"task": task, "dataset": dataset})

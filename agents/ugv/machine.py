@@ -157,6 +157,7 @@ class UGVMachine(Machine["UGVEnv", "UGVEnvParams", UGVTrainConfig]):
             *("training_task", "swept"),
         ),
         "stickslip.agents.ugv.episodes": ("measures", "as_episode"),
+        "stickslip.agents.ugv.regret": ("regrets",),
     }
 
     def env(self) -> UGVEnv:

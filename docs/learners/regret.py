@@ -1,10 +1,8 @@
 """What each step cost against the optimum, in a Minari data set, and a clone that makes use of it.
 
 `pip install "stickslip[train,data]"`, then `python -m docs.learners.regret [EPISODES]` in a
-checkout. Dynamic programming over waypoints and leg angles of each episode's ground says what a
-state is worth, `infos["value"]`. `infos["regret"]` is what the step that led to a row lost of it:
-over an episode these sum to the value at the start less the return. The grid's errors make single
-ones negative.
+checkout. `infos["value"]` is the return to come of the best drive over the episode's ground,
+`infos["regret"]` what the step that led to a row lost of it (see RegretInfo).
 """
 
 import os
@@ -18,9 +16,7 @@ import minari
 import numpy as np
 import optax
 
-from benchmarks.imitation import solved
 from stickslip.agents import MLPPolicy, evaluate_task, load_policy, record
-from stickslip.agents.pictures.episodes import samples
 
 TASK, POLICY, NAME = "UGVRandomBumps-v1", "ugv-random-bumps", "stickslip/random-bumps-v0"
 NOISE = {"expert": 0.0, "medium": 0.5, "random": 1.0}
@@ -28,22 +24,8 @@ SCALE = 0.03  # J, the best on validation episodes of 0.003, 0.01, 0.03, 0.1 and
 EPISODES = int(sys.argv[1]) if sys.argv[1:] else 30
 
 
-@jax.jit
-def worth(drive, values, states):
-    """The return that dynamic programming expects from each state on."""
-    read = jax.vmap(lambda state: drive.grid.read(values, drive.place(state)))(states)
-    return read * (drive.scale.one - drive.scale.zero)
-
-
-def judged(played, seed):
-    """Value of each state that was met and regret of each step, which led to its row."""
-    value = np.array(worth(*solved(TASK, seed), samples(played)[0]))
-    value[-1] *= not (played.terminated[-1] or played.truncated[-1])
-    return {"value": value, "regret": np.append(0.0, value[:-1] - played.reward - value[1:])}
-
-
 os.environ.setdefault("MINARI_DATASETS_PATH", tempfile.mkdtemp())
-how = {"noise": list(NOISE.values()), "episodes": EPISODES, "infos": judged}
+how = {"noise": list(NOISE.values()), "episodes": EPISODES, "regret": True}
 print(record(TASK, {POLICY: load_policy(POLICY)}, NAME, **how).rounded(4).terminal())
 data = minari.load_dataset(NAME)
 names = [name for name in NOISE for _ in range(EPISODES)]

@@ -127,7 +127,9 @@ COMMANDS = {
         "agents.exchange.record:record_command",
         {
             "stickslip record biped-ice": "a trained policy on its task",
-            "stickslip record ugv-random-bumps --noise 0 0.5 1": "expert, medium and random",
+            "stickslip record ugv-random-bumps --noise 0 0.5 1 --regret": (
+                "expert, medium and random, with the regret of each step"
+            ),
         },
     ),
     "optimise": Command(

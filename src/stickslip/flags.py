@@ -122,6 +122,8 @@ def record_flags(parser: Parser, _: object) -> None:
     add("--episodes", "of each policy with each noise", type=int, default=30)
     add("--seed", "of the first episode (default: behind those of tests)", type=int, default=2**20)
     add("--dataset NAME", "of the data set (default: stickslip/TASK/episodes-v0)")
+    about = "of the UGV: infos say what each step lost against dynamic programming"
+    add("--regret", about, action="store_true")
     parser.tables = {"policies": shipped_titles()} | _names_of(machines())
 
 
