@@ -10,7 +10,7 @@ from __future__ import annotations
 import hashlib
 import itertools
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, fields, is_dataclass, replace
 from functools import cached_property, partial
 from typing import TYPE_CHECKING, Any, TypeAlias
@@ -38,8 +38,8 @@ Tasks: TypeAlias = str | Pair | Sequence[str] | Mapping[str, Pair]
 """A named task, or an environment and its parameters, or several."""
 Policies: TypeAlias = str | Sequence[str] | Mapping[str, Player]
 """Names of baselines and policy files, or controllers by names of one's own."""
-MOST_CORNERS = 64
-"""Corners of the box of the axes that are checked."""
+FEW, TOGETHER = 6, 3
+"""Axes of which all corners are checked; of more axes, how many that change together."""
 
 
 def cases_on(task: Tasks, policies: Policies, axes: Axes) -> tuple[Machine, list[Case]]:
@@ -163,12 +163,17 @@ class Case:
         return cls(task, policy, env, opened, player, fields, steps, rollout.is_random(corners[-1]))
 
 
-def _corners(axes: Axes) -> list[dict[str, float]]:
-    """Values at corners of the axes' box, the one opposite to the first among them."""
-    ends = [dict.fromkeys((min(values), max(values))) for values in axes.values()]
-    corners = list(itertools.islice(itertools.product(*ends), MOST_CORNERS))
-    corners.append(tuple(list(one)[-1] for one in ends))
-    return [dict(zip(axes, one, strict=True)) for one in dict.fromkeys(corners) if one]
+def _corners(axes: Axes) -> Iterator[dict[str, float]]:
+    """Values at corners of the axes' box: all of them for few axes; else those where any TOGETHER
+    axes are at any ends and the others at their least values, and the one opposite to the first."""
+    low, high = ({name: of(values) for name, values in axes.items()} for of in (min, max))
+    varied = [name for name in axes if low[name] < high[name]]
+    most = len(varied) if len(varied) <= FEW else TOGETHER
+    for count in range(most + 1 if axes else 0):
+        for some in itertools.combinations(varied, count):
+            yield low | {name: high[name] for name in some}
+    if len(varied) > FEW:
+        yield high
 
 
 def digest_of(*parts: object) -> str:

@@ -24,7 +24,7 @@ from stickslip.agents.evaluation.rollout import play_unseen
 from stickslip.agents.evaluation.table import INTERVALS, Measures, row_of_test
 from stickslip.agents.machine import Machine, machine_by_name
 from stickslip.agents.policy.file import named_task_entry, save_policy
-from stickslip.agents.protocol import Options
+from stickslip.agents.protocol import Options, Player
 from stickslip.agents.training import directory as runs
 from stickslip.agents.training.configuration import Config, Configuration, Trained, settings_given
 from stickslip.agents.training.trainer import Trainer, Update
@@ -132,10 +132,11 @@ class _Training:
         while (at := self.trainer.timesteps) < total and not self.trainer.stopped:
             self.trainer.begin_stretch()
             self.since = time.monotonic()
-            self.trainer.advance(min((at // interval + 1) * interval, total))
+            due = min((at // interval + 1) * interval, total)
+            self.trainer.advance(due)
             self._lap()
             if self.trainer.timesteps > at:
-                self._check_point()
+                self._check_point(evaluated=self.trainer.timesteps >= due)
         at, path = self.trainer.timesteps, self.run.path
         return Trained(path, path / runs.POLICY, self.config, at, self.seconds, at >= total)
 
@@ -165,35 +166,42 @@ class _Training:
         self.seconds += passed
         return passed
 
-    def _check_point(self) -> None:
-        """Evaluate the policy and write a checkpoint, the evaluation's row first."""
-        at, seconds = self.trainer.timesteps, self.seconds
+    def _check_point(self, evaluated: bool) -> None:
+        """Evaluate the policy and write a checkpoint, the evaluation's row first. Not evaluated:
+        where a run is stopped, as the best would depend on where that was."""
+        at = self.trainer.timesteps
         if not self.trainer.is_finite():
             raise ValueError(
                 f"training diverged before step {at}: the policy's parameters are no longer finite "
                 "(the checkpoints are whole); accepted: a smaller learning_rate"
             )
         policy = self.trainer.policy()
+        if evaluated:
+            self._evaluate(at, policy)
+        about = {"trained": {"timesteps": at, "config": self.run.state.config}, **self.about}
+        state = runs.TrainState(at, self.seconds, self.run.state.config)
+        save = partial(save_policy, policy, metadata=about)
+        runs.write_checkpoint(self.run.checkpoints, state, self.trainer.take_state(), save)
+        self._tidy()
+
+    def _evaluate(self, at: int, policy: Player) -> None:
+        """Evaluate the policy after so many steps, and write a row."""
         if not self.evaluated:
             self._say("compiling the evaluation ...")
         self.bar.note("evaluating")
         given = self.task.tested, self.config.evaluation_episodes, self.measures.keep
         played = play_unseen(self.task.env, policy, *given)
         row, self.evaluated = row_of_test(self.measures.columns, played), True
-        self.evaluations.append(at, {"seconds": seconds} | row)
+        self.evaluations.append(at, {"seconds": self.seconds} | row)
         line = evaluation_line(self.machine, row).replace("nan", "  -")
         self._say(f"{at:>10,} steps  {line}")
-        about = {"trained": {"timesteps": at, "config": self.run.state.config}, **self.about}
-        state = runs.TrainState(at, seconds, self.run.state.config)
-        save = partial(save_policy, policy, metadata=about)
-        runs.write_checkpoint(self.run.checkpoints, state, self.trainer.take_state(), save)
-        self._tidy()
 
     def _tidy(self) -> None:
-        """Keep the latest checkpoints and the best, whose policy becomes the run's."""
+        """Keep the latest checkpoints and the best, whose policy becomes the run's; before the
+        first evaluation it is the latest's."""
         every = runs.list_checkpoints(self.run.checkpoints)
         steps = best_evaluation(self.run.path)[0]
-        best = [one for one in every if int(one.name) == steps]
+        best = [one for one in every if int(one.name) == steps] if steps else every[-1:]
         kept = [*every[-self.config.keep_checkpoints :], *best]
         runs.drop_checkpoints(self.run.checkpoints, kept)
         for one in best:

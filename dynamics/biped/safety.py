@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from functools import partial, reduce
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import jax
 import jax.numpy as jnp
@@ -36,8 +36,8 @@ INTERVALS = 3
 SLACK = 0.1
 """Share by which the reach is taken larger than at a constant acceleration."""
 SPACING, BEND = 1 / 30, 0.01
-"""Distance of two angles [rad] between which the limits bend by less than this margin, which grows
-with the square of the distance."""
+"""Distance of two angles [rad] beyond which the margin grows by BEND ((distance / SPACING)^2 - 1),
+for what the parabolas through neighbours leave out."""
 LONGEST = 2.0
 """Greatest reach of a control period either way [rad], over which no torque is safe."""
 
@@ -74,9 +74,9 @@ def safe_torque(
     any angle ahead is linear in T, and with it f, N and the ground's moment (MODEL 1.4, eqs. 30
     to 32). At 12 angles of the period's reach, on either side of an exchange of support, T keeps
     |f| <= (1 - margin) mu_static N, N >= margin m g and the zero-moment point within (1 - margin)
-    of heel and toe. Between them the limits bend by less than a margin of 0.01, at frictions from
-    0.02 on, where they are up to 1/30 rad apart, as over 0.02 s at 5 rad/s; where they are farther
-    apart the margin grows with the square of their distance: over 2 rad no torque is safe.
+    of heel and toe, and so does the parabola through any three neighbours between them. What is
+    left of the bend grows with their distance: beyond 1/30 rad the margin grows with its square, by
+    0.01 at first, and over 2 rad no torque is safe.
     mu_next: friction [-] where the other foot lands, by default the same.
 
     Where the foot slides, or the cone leaves no torque, the interval's other limits hold: the
@@ -203,15 +203,17 @@ class _Node(NamedTuple):
     """Potential energy gained since the start [J]."""
 
 
-def _at_node(model: BipedModel, node: _Node, energy: Scalar, mu: Scalar, margin: Scalar) -> Safe:
-    """Safe torques at a node, constant since the start; energy: M w^2 at the start [J]."""
+def _at_node(
+    model: BipedModel, node: _Node, energy: Scalar, mu: Scalar, margin: Scalar
+) -> tuple[Limits, Limits]:
+    """Limits at a node under 0 and 1 N m since the start; energy: M w^2 at the start [J]."""
 
     def at(torque: float) -> Limits:
         square = (energy + 2 * (torque * node.turned - node.lifted)) / node.inertia.M
         motion = sticking(model, node.inertia, square, jnp.full_like(square, torque))
         return _limits(model, motion, node.lever, square, mu, margin)
 
-    return _safe(at(0.0), at(1.0))
+    return at(0.0), at(1.0)
 
 
 def _while_resting(
@@ -228,7 +230,7 @@ def _while_resting(
     inertia, zero = model.inertia.at(theta), jnp.zeros_like(theta)
     energy = inertia.M * rate**2
     start = _Node(inertia, model.inertia.moment_at(theta), zero, zero)
-    now = _at_node(model, start, energy, mu, margin)
+    now = _safe(*_at_node(model, start, energy, mu, margin))
     low, high = reduce(both, now, motor)
     ends = (sticking(model, inertia, rate**2, one).crank_acceleration for one in (low, high))
     slowest, fastest = (duration**2 * one / 2 for one in ends)  # what brakes now may not go on so
@@ -239,14 +241,21 @@ def _while_resting(
     longest = reduce(jnp.maximum, map(jnp.abs, (other, inner, outer - inner)))
     margin = margin + BEND * jnp.maximum((longest / INTERVALS / SPACING) ** 2 - 1, 0.0)
 
-    def visit(k: Integer, carry: tuple[Safe, _Node]) -> tuple[Safe, _Node]:
-        safe, last = carry
-        part, share = k // (INTERVALS + 1), (k % (INTERVALS + 1)) / INTERVALS
-        node, exchanged = _node(model, theta, parts, part, share.astype(theta.dtype), last)
-        found = _at_node(model, node, energy, jnp.where(exchanged, mu_next, mu), margin)
-        return Safe(*map(both, safe, found)), node
+    def visit(k: Integer, carry: tuple[Safe, _Node, Any]) -> tuple[Safe, _Node, Any]:
+        safe, last, (before, earlier) = carry
+        part, number = k // (INTERVALS + 1), k % (INTERVALS + 1)
+        share = (number / INTERVALS).astype(theta.dtype)
+        node, exchanged = _node(model, theta, parts, part, share, last)
+        here = _at_node(model, node, energy, jnp.where(exchanged, mu_next, mu), margin)
+        bend = jax.tree.map(lambda a, b, c: a - 2 * b + c, here, before, earlier)
+        for one, other in ((here, before), (before, earlier)):  # the parabola's control points
+            between = jax.tree.map(lambda a, b, d: (a + b) / 2 - d / 4, one, other, bend)
+            between = jax.tree.map(partial(jnp.where, number >= 2), between, here)
+            safe = Safe(*map(both, safe, _safe(*between)))
+        return Safe(*map(both, safe, _safe(*here))), node, (here, before)
 
-    return jax.lax.fori_loop(0, 3 * (INTERVALS + 1), visit, (now, start))[0]
+    begin = (_at_node(model, start, energy, mu, margin),) * 2
+    return jax.lax.fori_loop(0, 3 * (INTERVALS + 1), visit, (now, start, begin))[0]
 
 
 def _parts(theta: Scalar, backwards: Scalar, forwards: Scalar) -> Parts:

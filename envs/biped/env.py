@@ -46,6 +46,14 @@ MAX_FRICTION = 10.0
 """Clip of the observed friction coefficient [-]."""
 
 
+def _number(reward: Any, dtype: Any) -> Float[Array, ""]:
+    """What reward_of returns; ValueError for anything but a number."""
+    shape = None if reward is None else np.shape(reward)
+    if shape != ():
+        raise ValueError(f"reward_of gave {shape}; accepted: a number")
+    return jnp.asarray(reward, dtype)
+
+
 @dataclass(frozen=True)
 class BipedEnv(FunctionalEnv[episode.BipedEnvState, BipedEnvParams]):
     """A biped with one motor walks at a commanded speed without slipping or wasting energy.
@@ -250,9 +258,7 @@ class BipedEnv(FunctionalEnv[episode.BipedEnvState, BipedEnvParams]):
         info = terms | {"status": status, "torque": torque, **outcome.info(period)}
         info |= episode.ground_force(contact, status) | safety
         info["cost"] = episode.cost_of(outcome.slid, status)
-        reward = self.reward_of(state, action, info, params)
-        if shape := jnp.shape(reward):
-            raise ValueError(f"reward_of gave {shape}; accepted: a number")
+        reward = _number(self.reward_of(state, action, info, params), dtype)
         added = episode.Totals(reward, outcome.turned, outcome.walked, outcome.slid, outcome.energy)
         totals, rests = compensated(state.totals, state.rests, added)
         after = replace(

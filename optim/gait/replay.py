@@ -244,7 +244,7 @@ def _summed(gait: Walk, trace: Trace, mu: float | None, count: int, whole: float
         work=float(np.sum(contact.positive_work)),
         mean_rate=turned / duration if duration > 0 else 0.0,
         friction_use=float(np.max(np.where(inside, use, 0.0))),
-        rate_error=float(np.max(np.abs(error))),
+        rate_error=float(np.max(np.where(inside, np.abs(error), 0.0))),
         end_rate=rate,
         end_velocity=float(state.foot_velocity[-1]),
         arrived=bool(arrived),

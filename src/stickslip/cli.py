@@ -11,18 +11,20 @@ import os
 import sys
 from collections.abc import Mapping, Sequence
 from contextlib import ExitStack, redirect_stdout
-from typing import IO, TYPE_CHECKING
+from typing import IO, TYPE_CHECKING, NoReturn
 
 from stickslip.commands import COMMANDS, EXAMPLES, GROUPS, OK, READER_LEFT, WRONG_INPUT, function_of
 from stickslip.parser import Parser, examples_text, tables_text
 from stickslip.programs import compiled_programs
-from stickslip.records.signals import Interrupted, complain, discard_output, handled, interrupt
+from stickslip.records.signals import Interrupted, complain, discard_output, interruptible
 
 if TYPE_CHECKING:
     from stickslip.commands import Command
 
 __all__ = ["COMMANDS", "OK", "READER_LEFT", "WRONG_INPUT", "main", "make_parser"]
 ABOUT = "A one-motor biped whose foot sticks or slips, and a UGV on two steerable legs."
+SIGNALLED = 128
+"""Exit statuses above are of signals."""
 LONGEST = 1200
 """Characters of a message."""
 EXTRAS = {"cma": "optim", "onnx": "onnx", "mujoco": "bench", "minari": "data"}
@@ -39,7 +41,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     after Ctrl-C), 141 where the reader of the output left before its end."""
     prepare_streams()
     try:
-        with handled(interrupt):
+        with interruptible():
             words = list(sys.argv[1:] if arguments is None else arguments)
             try:
                 return _run(make_parser(words).parse_args(words))
@@ -70,6 +72,19 @@ def main(arguments: Sequence[str] | None = None) -> int:
         complain(str(error))
         return error.status
     return WRONG_INPUT
+
+
+def run() -> NoReturn:
+    """Run the command of this process and end it.
+
+    After a signal it ends at once: XLA's threads may still compute, and would crash as the
+    interpreter takes down what they use.
+    """
+    status = main()
+    if status > SIGNALLED and status != READER_LEFT:
+        sys.stderr.flush()
+        os._exit(status)
+    sys.exit(status)
 
 
 def make_parser(arguments: Sequence[str] = ()) -> Parser:
@@ -159,4 +174,4 @@ def _complain(message: str) -> None:
 
 
 if __name__ == "__main__":
-    raise SystemExit(main())
+    run()

@@ -4,11 +4,12 @@ import os
 import pty
 import signal
 import sys
+import time
 from collections.abc import Iterator
 
 import pytest
 
-from stickslip.records.signals import ENDING, Interrupted, stoppable
+from stickslip.records.signals import ENDING, Interrupted, interruptible, stoppable
 
 
 @pytest.fixture(autouse=True)
@@ -32,6 +33,20 @@ def test_a_signal_stops_the_work_and_a_second_one_ends_it_where_it_is_ctrl_c(cap
     assert capsys.readouterr().err.count("Stopping at the next step") == 1
     assert stop.interrupted("go on").status == 128 + number
     assert all(signal.getsignal(one) == signal.SIG_DFL for one in ENDING)
+
+
+class Asking:
+    """Asks this process to end as it is forgotten, where Python drops exceptions."""
+
+    def __del__(self) -> None:
+        signal.raise_signal(signal.SIGTERM)
+
+
+def test_a_signal_in_a_finaliser_is_not_lost():
+    with interruptible():
+        Asking()
+        with pytest.raises(Interrupted):
+            time.sleep(60)
 
 
 def test_what_nohup_ignores_stays_ignored():

@@ -25,7 +25,10 @@ HEAD = ("figure", "the chapter states", "measured here", "why")
 
 
 def reproduce_command(given: Mapping[str, Any]) -> Content:
-    """Write DIR/NAME.png, DIR/NAME.csv and DIR/table.md, computed in float64; return the claims."""
+    """Write DIR/NAME.png, DIR/NAME.csv and DIR/table.md, computed in float64; return the claims.
+
+    All are written at the end: an interrupted command leaves nothing.
+    """
     figures, out, overwrite = figures_of(given["figures"]), Path(given["out"]), given["overwrite"]
     accepted = "24 to 2400 points a step"
     require_integer("samples", given["samples"], low=24, high=2400, accepted=accepted)
@@ -33,6 +36,7 @@ def reproduce_command(given: Mapping[str, Any]) -> Content:
     require("matplotlib.figure")
     require_makeable(out)
     rows: list[list[str]] = []
+    made: dict[str, str | bytes] = {}
     with jax.enable_x64(True):
         machines = machines_of(given, figures)
         for number, (name, figure) in enumerate(figures.items(), 1):
@@ -40,16 +44,16 @@ def reproduce_command(given: Mapping[str, Any]) -> Content:
             title = figure.title if reference else figure.own or figure.title
             say_stage(f"[{number}/{len(figures)}] {name}: {title}")
             result = figure.compute(params, given["samples"])
-            picture, text = png(result.draw(), title), result.table().csv(digits=10)
-            write_whole(out / f"{name}.png", picture, overwrite=overwrite)
-            write_whole(out / f"{name}.csv", text, overwrite=overwrite)
+            made[f"{name}.png"] = png(result.draw(), title)
+            made[f"{name}.csv"] = result.table().csv(digits=10)
             for claim, measured in result.measured.items():
                 text = TEXTS[name][claim] if reference else {"stated": "", "why": ""}
                 rows.append([name, text["stated"], measured, text["why"]])
     kept = [i for i in range(len(HEAD)) if not rows or any(row[i] for row in rows)]
     heads = [Column(HEAD[i], words=True) for i in kept]
     table = Table(heads, [[row[i] for i in kept] for row in rows])
-    write_whole(out / TABLE, table.markdown(), overwrite=overwrite)
+    for name, content in {**made, TABLE: table.markdown()}.items():
+        write_whole(out / name, content, overwrite=overwrite)
     for row in rows:
         print(": ".join(filter(None, row[:3])))
     return Content({"claims": table}, {"files": list(map(str, files(out, figures)))})

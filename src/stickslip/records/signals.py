@@ -7,7 +7,7 @@ import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from types import FrameType
-from typing import NoReturn
+from typing import Any, NoReturn
 
 ENDING = tuple(
     getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name)
@@ -20,7 +20,7 @@ class Interrupted(KeyboardInterrupt):
     def __init__(self, number: int, message: str = ""):
         default = f"interrupted by {signal.Signals(number).name}; the same command begins anew"
         super().__init__(message or default)
-        self.status = 128 + number
+        self.number, self.status = number, 128 + number
 
 
 def interrupt(number: int, frame: FrameType | None = None) -> NoReturn:
@@ -39,6 +39,25 @@ def handled(handler: Callable[[int, FrameType | None], None]) -> Iterator[None]:
     finally:
         for one, old in before.items():
             signal.signal(one, old)
+
+
+@contextmanager
+def interruptible() -> Iterator[None]:
+    """Inside, a signal of ENDING raises Interrupted, in a moment again where Python drops that: in
+    finalisers and callbacks."""
+
+    def dropped(found: Any) -> None:
+        if isinstance(found.exc_value, Interrupted):
+            threading.Timer(0.1, os.kill, (os.getpid(), found.exc_value.number)).start()
+        else:
+            before(found)
+
+    before, sys.unraisablehook = sys.unraisablehook, dropped
+    try:
+        with handled(interrupt):
+            yield
+    finally:
+        sys.unraisablehook = before
 
 
 class Stop:

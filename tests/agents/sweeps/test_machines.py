@@ -137,6 +137,18 @@ def test_axes_that_change_the_program_or_the_task_will_not_do_are_refused():
     assert "friction" in refused(UGVEnv().make_params(), {"friction": [-1.0]}, UGVEnv())
 
 
+def test_of_many_axes_those_that_go_together_are_checked_and_give_the_steps():
+    axes = {"mean_rate": [2, 3], "slip_weight": [0.1, 0.2], "payload": [0, 1], "gravity": [9, 10]}
+    axes |= {"energy_weight": [0.1, 0.2], "fall_penalty": [0, 1], "copper_loss": [0, 1]}
+    env, ends = BipedEnv(), {"time_limit": [0.5, 20.0], "control_period": [0.01, 0.04]}
+    place = "own", env, env.make_params(scene=Scene.uniform(0.8))
+    assert (
+        Case.of(machine_by_name("biped"), ends | axes, place, "one", ConstantTorque()).steps == 2000
+    )
+    frictions = {"mu_static": [0.2, 0.5], "mu_kinetic": [0.1, 0.4]}
+    assert "exceeds mu_static" in refused(place[2], frictions | axes)
+
+
 @pytest.mark.long  # test_sweep compares the mass with evaluate
 def test_the_biped_is_swept_as_it_is_evaluated(tmp_path):
     drawn = Randomisation(phase=(1.6, 4.7), crank_rate=(0.0, 3.0))

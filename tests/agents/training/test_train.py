@@ -101,6 +101,14 @@ def test_a_stopped_run_keeps_what_it_learnt_and_goes_on(tmp_path: Path, trainer:
     assert again.finished
     assert again.seconds > stopped.seconds
     assert read_columns(path / "metrics.csv")["timesteps"] == [128, 256, 384, 512, 640, 768]
+    assert read_columns(path / "evaluations.csv")["timesteps"] == [256, 512, 768]
+
+
+def test_a_run_that_is_stopped_before_its_first_evaluation_has_the_policy_it_learnt(tmp_path):
+    calls = iter(range(10**9))
+    train(JAX, tmp_path / "run", bar=False, stop=lambda: next(calls) == ASKED["jax"] + 1)
+    about = read_metadata(tmp_path / "run" / "policy.npz")["trained"]
+    assert about["timesteps"] == 128
 
 
 def test_only_the_latest_and_the_best_checkpoint_are_kept(tmp_path: Path):

@@ -27,7 +27,8 @@ from stickslip.envs.functional import pure_step
 
 PERIOD, LONG, LIMIT = 0.02, 0.1, 8.0
 """[s], [s], [N m]"""
-MEMBERS = 1024
+MEMBERS, FAST = 4096, 3072
+"""Of them so many are fast on ice."""
 
 
 @pytest.fixture(scope="module")
@@ -39,6 +40,8 @@ def walks():
         phase = jnp.asarray(rng.uniform(SUPPORT_START, SUPPORT_END, MEMBERS))
         rate = rng.uniform(-10, 10, MEMBERS) * np.where(np.arange(MEMBERS) % 4, 1.0, 0.05)
         mu, share = 10 ** rng.uniform(-2, 0, MEMBERS), rng.integers(0, 3, MEMBERS) / 2
+        rate[:FAST] = rng.uniform(6, 12, FAST) * rng.choice([-1, 1], FAST)
+        mu[:FAST] = rng.uniform(0.02, 0.05, FAST)
 
         def one(phase, rate, mu, share, margin, period):
             state = BipedState(phase=phase, crank_rate=rate).astype(jnp.float64)
@@ -65,14 +68,14 @@ def walks():
 def test_the_foot_neither_slips_nor_leaves_the_floor(walks, period, share):
     safe, within, _ = walks[0.02, period]
     some = safe.status == Status.OK
-    assert some.mean() > share
+    assert some[FAST:].mean() > share
     assert (within[some] == Status.OK).all()
 
 
 def test_beyond_the_interval_it_slips_or_falls(walks):
     safe, _, beyond = walks[0.0, PERIOD]
-    some = (safe.status == Status.OK) & (safe.high < LIMIT)
-    assert (beyond[some] != Status.OK).mean() > 0.8
+    some = ((safe.status == Status.OK) & (safe.high < LIMIT))[FAST:]
+    assert (beyond[FAST:][some] != Status.OK).mean() > 0.8
 
 
 def test_the_interval_of_an_instant_is_that_of_forward_dynamics():

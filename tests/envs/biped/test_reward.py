@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
+from functools import partial
+from typing import Any
 
 import jax
 import jax.numpy as jnp
@@ -182,6 +184,16 @@ class Saving(BipedEnv):
         return info["torque"] * 0 - action[0] ** 2 - 0.1 * state.elapsed
 
 
+@dataclass(frozen=True, eq=False)
+class Odd(BipedEnv):
+    """Whose reward is what is given."""
+
+    given: Any = None
+
+    def reward_of(self, state, action, info, params):
+        return self.given
+
+
 def test_a_reward_of_ones_own_is_returned_and_added_up():
     env = Saving(autoreset="disabled")
     params = env.make_params()
@@ -193,3 +205,8 @@ def test_a_reward_of_ones_own_is_returned_and_added_up():
         np.testing.assert_allclose(reward, -(action**2) - 0.1 * step, rtol=1e-5)
         np.testing.assert_allclose(info["episode_return"], total, rtol=1e-5)
     assert machine_of_env(env).name == "biped"
+    stepped = partial(jax.eval_shape, state=state, action=jnp.zeros(1), params=params)
+    assert stepped(Odd(given=True).step_env)[2].dtype == state.biped.phase.dtype
+    for given in (None, (1.0, 2.0)):
+        with pytest.raises(ValueError, match=r"reward_of gave .*; accepted: a number"):
+            stepped(Odd(given=given).step_env)

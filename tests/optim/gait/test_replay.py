@@ -34,6 +34,8 @@ def test_a_start_from_rest_and_a_stop_walk_as_promised():
     assert walked.kept, walked
     assert walked.duration == pytest.approx(found.best.duration, rel=2e-3)
     assert walked.end_rate < 0.1
+    quick = solve(transfer(1, mu=MU * (1 - RESERVE), end_rate=3.0, steps=100))
+    assert replay(robot(), quick.best).rate_error < 1e-2  # ends at an exchange of support
 
 
 def test_a_stop_inside_a_step_is_at_its_mark_and_its_torque_changes_slowly_over_time():
