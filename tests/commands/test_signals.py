@@ -16,7 +16,7 @@ for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
 from stickslip.cli import main
 sys.exit(main(sys.argv[1:]))
 """
-TRAIN = "train biped --timesteps 50000000 --num-envs 64 --no-pictures"
+TRAIN = "train biped --timesteps 50000000 --num-envs 128 --no-pictures"
 SWEEP = "sweep biped --policy computed-torque --axis mu=0.05:0.3:4000 --episodes 8"
 RACE = "bench run --instances shoot-grip-d10-v1 --methods random --seconds 3 --seeds 99"
 
