@@ -148,7 +148,7 @@ class RK4Split:
     max_events: int = 4
     record_events: bool = False
 
-    close: ClassVar[float] = 0.01
+    close: ClassVar[Mapping[str, float]] = {"float32": 0.01, "float64": 0.01}
     """A trial within this fraction of itself of an event is corrected onto the event."""
     reach: ClassVar[float] = 1.0
     """A trial aimed at an event and this fraction of itself short of it is aimed again."""
@@ -167,7 +167,8 @@ class RK4Split:
 
 @dataclass(frozen=True)
 class EventExact:
-    """Adaptive Dormand-Prince 5(4) steps, every switching instant located to the tolerance.
+    """Adaptive Dormand-Prince 5(4) steps; every switching instant by Newton's method, whose last
+    step is from within 1e-6 of a step of the integrator (float32: 1e-3).
 
     rtol, atol: of crank angle [rad], crank rate [rad/s], slide [m] and foot velocity [m/s] a step;
     rtol counts as at least 32 units in the last place of the working precision. max_steps: steps of
@@ -184,7 +185,7 @@ class EventExact:
 
     log_size: ClassVar[int] = 32
     """Number of events of one call that are recorded."""
-    close: ClassVar[float] = 1e-3
+    close: ClassVar[Mapping[str, float]] = {"float32": 1e-3, "float64": 1e-6}
     reach: ClassVar[float] = 0.1
     """See RK4Split. Farther off, aims from one start might alternate for ever: the step stands,
     and the next one begins nearer."""

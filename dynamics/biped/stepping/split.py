@@ -217,11 +217,14 @@ def _first_event(
     """Kind and crossing of the first event: exchange, end, stop or onset, edge. margins: of the
     end."""
     floor, mode, step = system.scene.floor, begun.mode, begun.step
-    near = spec.close, spec.reach
+    close = spec.close[str(walk.phase.dtype)]
     rate, end = taken.crank_rate, taken.end
     last = jnp.full_like(walk.target, END)
     slope = stages.parabola_slope(margins)
-    nearer = spec.close / 10, spec.reach  # one end a walk: another trial costs little
+    near, nearer = (
+        (close, spec.reach),
+        (close / 10, spec.reach),
+    )  # one end a walk: another trial costs little
     ended = last, stages.first_crossing(margins, slope, walk.target == last, *nearer, dips=True)
     low, high = bounds(walk.phase.dtype)
     exchange = jnp.full_like(walk.target, EventKind.EXCHANGE)

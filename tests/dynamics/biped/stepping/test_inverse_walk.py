@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from stickslip.dynamics import Scene, Status
-from stickslip.dynamics.biped import RK4Split, inverse_dynamics, simulate_inverse
+from stickslip.dynamics.biped import EventExact, RK4Split, inverse_dynamics, simulate_inverse
 from tests.dynamics.biped.helpers import default_model, default_params, inertia_along, state_of
 
 RATE = 3.0
@@ -53,6 +53,24 @@ def test_the_least_friction_without_slip_is_where_slip_begins(float64):
     assert first[1] == "slip"
     worst = angles[np.argmax(np.abs(dP * RATE**2) / normal)]
     assert (first[2] - np.pi / 2) % np.pi == pytest.approx(worst - np.pi / 2, abs=0.1)
+
+
+@pytest.mark.parametrize("rtol", [1e-7, 1e-11])
+def test_slip_begins_at_the_very_instant_whatever_the_tolerance(float64, rtol):
+    how = EventExact(rtol=rtol, atol=1e-14, record_events=True)
+    state = state_of(phase=np.pi / 2 + 0.01, crank_rate=3.1)
+    walked = simulate_inverse(
+        default_model(), Scene.uniform(0.07, 0.056), state, 0.0, 1.0, 1.0, integrator=how
+    )
+
+    def spare(at):
+        inertia = default_model().inertia.at(state.phase + 3.1 * at)
+        normal = default_model().total_mass * default_model().gravity + inertia.dY * 3.1**2
+        return float(0.07 * normal - abs(inertia.dP) * 3.1**2)
+
+    begun = [at for at, kind, _ in walked.events() if kind == "slip" and spare(at - 1e-3) > 0]
+    assert begun
+    assert all(spare(at - 1e-9) > 0 > spare(at + 1e-9) for at in begun)
 
 
 @pytest.mark.parametrize("rate", [RATE, -RATE])
