@@ -7,7 +7,7 @@ imports at its top, needs neither JAX nor NumPy, so that help is quick.
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Collection, Mapping
+from collections.abc import Callable, Collection, Mapping
 from pkgutil import resolve_name
 from typing import TYPE_CHECKING, Any, ClassVar, Generic, NamedTuple, TypeAlias
 
@@ -19,7 +19,6 @@ from stickslip.dynamics.checks import nearest, require_choice, shown
 if TYPE_CHECKING:
     from stickslip.agents.evaluation.rollout import Rollout
     from stickslip.agents.evaluation.table import Measures
-    from stickslip.agents.exchange.record import Infos
     from stickslip.agents.sweeps.swept import Swept
     from stickslip.envs.functional import AnyEnv
     from stickslip.envs.rendering.page import Episode
@@ -171,7 +170,7 @@ class Machine(ABC, Generic[Env, Params, Config]):
 
     # Evaluation.
 
-    def regrets(self, env: Env, params: Params) -> Infos:
+    def regrets(self, env: Env, params: Params) -> Callable[[Rollout, int], Mapping[str, Any]]:
         """Infos `value` and `regret` of an episode's rows. ValueError without such a planner."""
         raise ValueError(f"regret with the {self.title}; accepted: none, or a task of the UGV")
 

@@ -163,12 +163,13 @@ class RegretInfo(gymnasium.Wrapper, RecordConstructorArgs):
     """
 
     def __init__(self, env: gymnasium.Env, angles: int = ANGLES):
-        inner, accepted = getattr(env, "unwrapped", env), "a Gymnasium environment of a UGVEnv"
+        inner: Any = getattr(env, "unwrapped", env)
+        accepted = "a Gymnasium environment of a UGVEnv"
         require_kind("env.unwrapped", inner, GymEnv, f"{accepted}, and no vector")
         require_kind("env.unwrapped.functional", inner.functional, UGVEnv, "a UGVEnv")
         RecordConstructorArgs.__init__(self, angles=angles)
         gymnasium.Wrapper.__init__(self, env)
-        self._inner: Any = inner
+        self._inner = inner
         self._angles = require_integer("angles", angles, low=2, high=MOST_ANGLES)
         self._values: DriveValues | None = None
         self._value = 0.0
