@@ -237,10 +237,8 @@ def _legs(motion: _Loaded, loads: Float[Array, "2 11 3 k"]) -> dict[Pin, Array]:
         unsolved = [j for j in at if set(j) & set(links) and j not in forces]
         between = next(j for j in unsolved if set(j) == set(links) or j == LEG_SLOT[:2])
         outer = [next(j for j in unsolved if link in j and j != between) for link in links]
-        needs = [
-            _remaining(link, pin, at, centres, loads, forces)
-            for link, pin in zip(links, outer, strict=True)
-        ]
+        known = at, centres, loads, forces
+        needs = [_remaining(link, pin, *known) for link, pin in zip(links, outer, strict=True)]
         arms = [at[between] - at[pin] for pin in outer]
         inner = _inner_force(arms, [turn for _, turn in needs], normal)
         for sign, link, pin, (force, _) in zip((1, -1), links, outer, needs, strict=False):

@@ -23,10 +23,7 @@ if TYPE_CHECKING:
 Linkage = Any
 """A BipedParams: its module imports this one."""
 
-BODIES = (
-    *(str(number) for number in range(1, 14)),
-    *(f"{number}p" for number in range(1, 13) if number != 8),
-)
+BODIES = (*(str(n) for n in range(1, 14)), *(f"{n}p" for n in range(1, 13) if n != 8))
 """The 24 bodies in order: links 1-13 (supporting leg, crank, hip), then the swing leg's 11 (p)."""
 
 SUPPORT_START = np.pi / 2
@@ -164,9 +161,7 @@ def require_closure(params: Linkage) -> None:
     batch, whole = as_batch(params)
     count, depth, dtype = int(np.prod(batch)), len(batch), float_type(whole)
     # of one type, and none of them weak: else the check is compiled for each combination
-    flat = jax.tree.map(
-        lambda leaf: np.asarray(leaf, dtype).reshape(count, *leaf.shape[depth:]), whole
-    )
+    flat = jax.tree.map(lambda of: np.asarray(of, dtype).reshape(count, *of.shape[depth:]), whole)
     margin, angles = map(np.asarray, _closure_margins(flat))
     if np.all(margin >= 0):
         return

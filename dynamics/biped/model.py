@@ -67,9 +67,7 @@ class BipedModel:
     """The robot as it was given, in one floating type."""
     payload: pytrees.Numeric | None = None
     """Mass [kg] added at the hip's centre, the scene's; None for none."""
-    fidelity: settings.Fidelity = field(
-        default=settings.FIDELITIES["reduced"], metadata={"static": True}
-    )
+    fidelity: settings.Fidelity = field(default=settings.Reduced(), metadata={"static": True})
     load: Load | None = None
     """Load added by `load`."""
     fitted: Inertia = field(init=False, repr=False)

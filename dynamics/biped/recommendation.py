@@ -128,10 +128,8 @@ def recommend(
     checks.require_integer("batch", batch)
     name, time = scene_class(scene), _own_time(params)
     if quantile not in QUANTILES:
-        accepted = ", ".join(map(str, QUANTILES))
-        raise ValueError(
-            f"quantile = {checks.shown(quantile)} is not measured; accepted: {accepted}"
-        )
+        known = ", ".join(map(str, QUANTILES))
+        raise ValueError(f"quantile = {checks.shown(quantile)} is not measured; accepted: {known}")
     loaded = isinstance(scene, Scene) and scene.payload is not None
     robots = "default" if params is None and not loaded else "any"
     points = (point for point in promises(robots, quantile, time) if point.scene == name)

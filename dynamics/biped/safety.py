@@ -153,16 +153,11 @@ class Safe(NamedTuple):
 
 
 def _limits(
-    model: BipedModel,
-    motion: Motion,
-    lever: GroundMoment,
-    square: Scalar,
-    mu: Scalar,
-    margin: Scalar,
+    model: BipedModel, motion: Motion, arm: GroundMoment, square: Scalar, mu: Scalar, margin: Scalar
 ) -> Limits:
     """square: of the crank rate [rad^2/s^2]."""
     alpha, a1, friction, normal = motion[:4]
-    moment = ankle_moment(model, lever, square, alpha, a1)
+    moment = ankle_moment(model, arm, square, alpha, a1)
     kept = 1 - margin
     lifted = normal - jnp.maximum(margin, LIFTED) * model.total_mass * model.gravity
     toe, heel = kept * model.toe * normal - moment, kept * model.heel * normal + moment

@@ -206,11 +206,7 @@ class EventExact:
 
 Integrator = Euler | RK4Split | EventExact
 
-INTEGRATORS: dict[str, Integrator] = {
-    "euler": Euler(),
-    "rk4_split": RK4Split(),
-    "event_exact": EventExact(),
-}
+INTEGRATORS = {"euler": Euler(), "rk4_split": RK4Split(), "event_exact": EventExact()}
 """Integrators by name, with default settings."""
 
 

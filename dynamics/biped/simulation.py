@@ -115,12 +115,10 @@ def simulate_inverse(
     return _walk(*drive, params, scene, state, duration, dt, fidelity, integrator)
 
 
-def _walk(
-    kind, max_power, values, params, scene, state, duration, dt, fidelity, integrator
-) -> Trajectory:
+def _walk(kind, power, values, params, scene, state, duration, dt, fidelity, rule) -> Trajectory:
     """`simulate` of either kind of drive: all is checked, then compiled."""
     given_dt, dt = dt, pytrees.require_one("dt", dt, low=0.0, strict=True, accepted=TIME_STEP)
-    spec = settings.integrator_of(integrator)
+    spec = settings.integrator_of(rule)
     settings.require_fidelity(fidelity)
     accepted = "a finite time > 0 [s]"
     duration = pytrees.require_one("duration", duration, low=0.0, strict=True, accepted=accepted)
@@ -129,14 +127,13 @@ def _walk(
     require_exchange(params, scene)
     numbers = 24 + (68 if scene.outputs == "joints" else 0)
     numbers += 3 * spec.log_size if spec.record_events else 0
-    checks.require_memory(
-        f"dt = {checks.shown(given_dt)}", "steps", duration / float(given_dt), 8 * numbers
-    )
+    steps = duration / float(given_dt)
+    checks.require_memory(f"dt = {checks.shown(given_dt)}", "steps", steps, 8 * numbers)
     count = max(1, int(np.ceil(duration / dt * (1 - 1e-9))))
     policy, held = values, None
     if not callable(values):
         policy, held = None, _held(kind._fields[0], values, count)
-    given = params, scene, state, held, duration / count, max_power
+    given = params, scene, state, held, duration / count, power
     return _simulate(spec, fidelity, policy, kind, count, *given)
 
 
@@ -225,10 +222,8 @@ def _simulate(
         held = torque_held(drive)
         return (after, contact), (after, contact.torque if held is None else held, contact)
 
-    blank_drive = kind(jnp.zeros((), dtype), *limits)
-    shapes = jax.eval_shape(
-        lambda: _step(spec, fidelity, model, scene, state, blank_drive, size)[1]
-    )
+    idle = kind(jnp.zeros((), dtype), *limits)
+    shapes = jax.eval_shape(lambda: _step(spec, fidelity, model, scene, state, idle, size)[1])
     blank = jax.tree.map(lambda leaf: jnp.zeros(leaf.shape, leaf.dtype), shapes)
     _, (states, torques, contacts) = jax.lax.scan(body, (state, blank), values, length=count)
     states = jax.tree.map(lambda one, rest: jnp.concatenate([one[None], rest]), state, states)
@@ -263,10 +258,8 @@ def require_kinds(params: Any, scene: object, state: Any, **numbers: pytrees.Num
     for name, value in {**numbers, **vars(state), "params.crank": crank}.items():
         if isinstance(value, jax.Array):
             checks.require_precision(name, value.dtype)
-        if np.shape(value):
-            raise ValueError(
-                f"{name} has shape {np.shape(value)}; accepted: one number (batch with vmap)"
-            )
+        if shape := np.shape(value):
+            raise ValueError(f"{name} has shape {shape}; accepted: one number (batch with vmap)")
     moves = checks.is_concrete(state) and np.any(np.asarray(state.foot_velocity) != 0)
     if moves and isinstance(scene.floor, Grip):
         given = checks.shown(state.foot_velocity)

@@ -123,24 +123,15 @@ def is_noise(system: System, walk: Walk, begun: Beginning, samples: Samples, tak
     return ((walk.target == EventKind.SLIP) & onset) | ((walk.target == EventKind.STICK) & stop)
 
 
-def controlled(
-    spec: EventExact,
-    system: System,
-    walk: Walk,
-    begun: Beginning,
-    taken: Taken,
-    event: Event,
-    status,
-):
+def controlled(spec: EventExact, system: System, walk: Walk, begun, taken, event: Event, status):
     """Event, status and next size with the step's error looked at: one that misses the tolerance is
     repeated shorter, whatever happens in it, and may overflow."""
     step = begun.step
     size, fails = next_size(spec, system, walk, taken, step)
     kind = jnp.where(fails, EventKind.NONE, event.kind).astype(event.kind.dtype)
     time = jnp.where(fails, size / jnp.where(step > 0, step, 1.0), event.time)
-    event = event._replace(
-        kind=kind, time=time, happens=event.happens | fails, reached=event.reached & ~fails
-    )
+    happens, reached = event.happens | fails, event.reached & ~fails
+    event = event._replace(kind=kind, time=time, happens=happens, reached=reached)
     overflows = (status == Status.NON_FINITE) | (status == Status.NOT_CONVERGED)
     status = jnp.where(fails & overflows, Status.OK, status)
     status = jnp.where(begun.final, Status.NOT_CONVERGED, status).astype(jnp.int32)

@@ -32,9 +32,8 @@ def advance_euler(spec: Euler, system: System, walk: Walk) -> Walk:
         left = system.duration - size * (index + 1).astype(size.dtype)
         last = index + 1 == spec.substeps
         running = walk.status <= Status.SLIP_ONSET
-        return walk._replace(
-            left=jnp.where(running, jnp.where(last, 0.0, left), walk.left).astype(size.dtype)
-        )
+        left = jnp.where(running, jnp.where(last, 0.0, left), walk.left)
+        return walk._replace(left=left.astype(size.dtype))
 
     return jax.lax.fori_loop(0, spec.substeps, body, walk)
 

@@ -189,11 +189,8 @@ def _sampled(friction, walk: Walk, first: Motion, taken: stages.Taken, step) -> 
             walk[:4], taken[:4], slopes, later, strict=True
         )
     ]
-    cone = (
-        stages.cone_margin(friction, first),
-        taken.middle.cone_margin,
-        stages.cone_margin(friction, end),
-    )
+    begins, ends = (stages.cone_margin(friction, motion) for motion in (first, end))
+    cone = begins, taken.middle.cone_margin, ends
     return stages.Samples(*cubics, cone)  # pyright: ignore[reportCallIssue]
 
 
@@ -281,9 +278,8 @@ def settle(spec: RK4Split | EventExact, system: System, walk: Walk, trial: Trial
     switched = _switched(system, moved, trial)
     switched = _tidy_unsplit(system, switched, trial)
     status = jnp.where(ends, trial.event.ending, switched.status)
-    switched = switched._replace(
-        aim=longest, target=jnp.zeros_like(trial.event.kind), status=status
-    )
+    none = jnp.zeros_like(trial.event.kind)
+    switched = switched._replace(aim=longest, target=none, status=status)
     aimed = walk._replace(
         aim=trial.event.time * trial.begun.step,
         target=trial.event.kind,
@@ -291,11 +287,9 @@ def settle(spec: RK4Split | EventExact, system: System, walk: Walk, trial: Trial
     )
     ended = walk._replace(status=jnp.maximum(walk.status, trial.status))
     over = ended.status > Status.SLIP_ONSET
+    outcomes = switched, aimed, ended
     result = jax.tree.map(
-        lambda new, old, end: jnp.where(over, end, jnp.where(trial.accepted, new, old)),
-        switched,
-        aimed,
-        ended,
+        lambda new, old, end: jnp.where(over, end, jnp.where(trial.accepted, new, old)), *outcomes
     )
     return result._replace(trials=walk.trials + 1, size=trial.size)
 

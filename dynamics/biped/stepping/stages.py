@@ -153,11 +153,8 @@ def _classical_stages(
         last, halfway = index == 3, (index == 1) | (index == 2)
         theta = walk.phase + step * jnp.where(last, sums[0], shares[index] * rate)
         rate = walk.crank_rate + step * jnp.where(last, sums[1], shares[index] * alpha)
-        middle = jax.tree.map(
-            lambda new, old: old + jnp.where(halfway, new / 2, 0.0),
-            midpoint(friction, motion),
-            middle,
-        )
+        here = midpoint(friction, motion)
+        middle = jax.tree.map(lambda new, old: old + jnp.where(halfway, new / 2, 0.0), here, middle)
         return theta, rate, system.model.inertia.at(theta), sums, middle
 
     middle = Midpoint(*[zero] * len(Midpoint._fields))
