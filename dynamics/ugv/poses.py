@@ -64,8 +64,8 @@ def pose(
     Raises ValueError for angles outside the range or numbers that are not finite, before tracing.
     Neglected: the wheels' width.
     """
-    track, x_front, leg_angles = require_place(params, track, x_front, leg_angles, solver)
-    return _place(solver, params, track, x_front, leg_angles)
+    placing = require_place(params, track, x_front, leg_angles, solver)
+    return poses_at(_placed, (solver,), params, *placing)
 
 
 def require_place(
@@ -87,10 +87,8 @@ def require_place(
     angles = np.broadcast_to(0, np.shape(leg_angles)[:-1])
     require_broadcast(x_front=x_front, leg_angles=angles, **others, **vars(params))
     track.require_resolved(float_type(params, track, x_front, leg_angles))
-    listed = (list, tuple)
-    x_front, leg_angles = (
-        jnp.asarray(v, float) if isinstance(v, listed) else v for v in (x_front, leg_angles)
-    )
+    given, listed = (x_front, leg_angles), (list, tuple)
+    x_front, leg_angles = (jnp.asarray(v, float) if isinstance(v, listed) else v for v in given)
     return track, x_front, leg_angles
 
 
@@ -160,11 +158,6 @@ def stand(
     )
     placed = placed._replace(clearance=clearance(params, ground, placed, solver.samples))
     return placed._replace(status=status_of(params, ground, placed, (gap, rate), solver))
-
-
-@partial(jax.jit, static_argnums=0)
-def _place(solver: PoseSolver, *given: Any) -> Pose:
-    return over_poses(_placed, (solver,), *given)
 
 
 def _placed(solver: PoseSolver, *given: Any) -> Pose:
@@ -254,10 +247,8 @@ class Pose(NamedTuple):
         """The same with every point in the world frame."""
         by = self.origin
 
-        def moved(wheel: WheelContact) -> WheelContact:
-            return wheel._replace(
-                x=wheel.x + by[..., 0], point=wheel.point + by, centre=wheel.centre + by
-            )
+        def moved(at: WheelContact) -> WheelContact:
+            return at._replace(x=at.x + by[..., 0], point=at.point + by, centre=at.centre + by)
 
         points = ("rear_hinge", "front_hinge", "body", "rear_leg", "front_leg")
         return self._replace(
@@ -365,13 +356,11 @@ def over_poses(
     return jax.tree.map(lambda leaf: leaf.reshape(*shape, *leaf.shape[1:]), found)
 
 
+poses_at = jax.jit(over_poses, static_argnums=(0, 1))
+
+
 def _shared(
-    function: Callable[..., Any],
-    fixed: tuple[Any, ...],
-    params: UGVParams,
-    ground: Any,
-    numbers: list[Array],
-    dtype: Any,
+    function: Callable, fixed: tuple, params: UGVParams, ground: Any, numbers: list, dtype: Any
 ) -> bool:
     """True if the ground is one for all poses, and nothing traced hides in a function of it."""
 
@@ -407,9 +396,8 @@ def wheel_turns(
     for every displacement along the track and of the legs (virtual work, MODEL 2).
     """
     level = (placed.origin[..., 0] + placed.front.x) - odometer.start
-    return (
-        wheel_lags(params, odometer, placed, leg_angles) - (level / params.wheel_radius)[..., None]
-    )
+    lags = wheel_lags(params, odometer, placed, leg_angles)
+    return lags - (level / params.wheel_radius)[..., None]
 
 
 def wheel_lags(

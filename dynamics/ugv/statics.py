@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-from functools import partial
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-import jax
 import jax.numpy as jnp
 
 from stickslip.dynamics.checks import as_number, require_number
 from stickslip.dynamics.pytrees import Lists, Number, where_positive
 from stickslip.dynamics.status import Status
-from stickslip.dynamics.ugv.poses import Pose, over_poses, require_place, stand
+from stickslip.dynamics.ugv.poses import Pose, poses_at, require_place, stand
 from stickslip.dynamics.ugv.wheel import NEWTON, PoseSolver, WheelContact, cross, dot
 
 if TYPE_CHECKING:
@@ -78,15 +76,8 @@ def equilibrium(
     Differentiable in every number.
     """
     mu = as_number("friction", friction, low=0.0, accepted="numbers >= 0")
-    track, x_front, leg_angles = require_place(
-        params, track, x_front, leg_angles, solver, friction=mu
-    )
-    return _equilibrium(solver, params, track, x_front, leg_angles, mu)
-
-
-@partial(jax.jit, static_argnums=0)
-def _equilibrium(solver: PoseSolver, *given: Any) -> Equilibrium:
-    return over_poses(_held, (solver,), *given)
+    placing = require_place(params, track, x_front, leg_angles, solver, friction=mu)
+    return poses_at(_held, (solver,), params, *placing, mu)
 
 
 def _held(solver: PoseSolver, params: UGVParams, track: Track, *given: Array) -> Equilibrium:
@@ -191,18 +182,14 @@ def ground_forces(
 
 
 def solved(
-    params: UGVParams,
-    weight: tuple[Any, Any],
-    turn: tuple[Any, Any],
-    levers: tuple[Any, Any],
-    G: Any,
+    params: UGVParams, weight: tuple[Any, Any], turn: tuple[Any, Any], arms: tuple[Any, Any], G: Any
 ) -> tuple[Any, Any, Any]:
     """F_front, N_front and N_rear by `ground_forces`' equations, for anything with +, -, * and /.
 
-    weight: along the ground at the rear contact, and across it [N]. turn: cos D and sin D. levers:
+    weight: along the ground at the rear contact, and across it [N]. turn: cos D and sin D. arms:
     d x t_f and d x n_f [m].
     """
-    (along, across), (cos, sin), (lever_F, lever_N) = weight, turn, levers
+    (along, across), (cos, sin), (lever_F, lever_N) = weight, turn, arms
     of_F, of_N = cos + 1.0, sin
     if (c := params.rolling_resistance) is not None:
         r = params.wheel_radius

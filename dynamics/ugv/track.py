@@ -156,10 +156,8 @@ class Track:
             key = jax.random.key(require_integer("key", key, low=-(2**31), high=2**31 - 1))
         level = class_roughness(iso_class)
         margin = require_one("margin", margin, low=0.0, accepted="a finite length >= 0 [m]")
-        first, last = (
-            require_one(name, at, accepted="a finite position [m]")
-            for name, at in (("start", start), ("end", end))
-        )
+        ends = ("start", start), ("end", end)
+        first, last = (require_one(name, at, accepted="a finite position [m]") for name, at in ends)
         shapes.require_ends(first, last)
         return _placed(rough_table(key, level, first - margin, last + margin), start, end)
 

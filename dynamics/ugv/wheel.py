@@ -89,11 +89,9 @@ def penetration(
     return jnp.maximum(radius - deepest, 0)
 
 
-def _below_rim(
-    wheel: WheelContact, radius: Values, place: Int[Array, "..."], samples: int
-) -> Values:
+def _below_rim(wheel: WheelContact, radius: Values, at: Int[Array, "..."], samples: int) -> Values:
     """x of the sample of that number [m], from the rear end of the wheel to the front one."""
-    part = (jnp.asarray(place, wheel.x.dtype) + 0.01) / (samples - 0.98)
+    part = (jnp.asarray(at, wheel.x.dtype) + 0.01) / (samples - 0.98)
     return wheel.centre[..., 0] - radius * jnp.cos(jnp.pi * part)
 
 

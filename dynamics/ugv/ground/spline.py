@@ -181,9 +181,8 @@ def hermite_table(
     computed in double precision.
     """
     pieces = checks.require_integer("pieces", pieces)
-    checks.require_memory(
-        f"pieces = {checks.shown(pieces)}", "pieces of a table", pieces, BYTES_A_PIECE
-    )
+    given = f"pieces = {checks.shown(pieces)}"
+    checks.require_memory(given, "pieces of a table", pieces, BYTES_A_PIECE)
     require_ends(start, end)
     owner = getattr(profile, "__self__", None)
     if owner is None or not checks.is_concrete(owner, start, end):
@@ -242,15 +241,13 @@ def _checked_points(x: Numeric, y: Numeric) -> tuple[np.ndarray, np.ndarray]:
         )
     arrays = []
     for name, values in (("x", x), ("y", y)):
-        array = checks.as_real(name, values, "finite numbers [m], at least 2").astype(np.float64)
-        if array.ndim != 1 or array.size < 2:
-            raise ValueError(
-                f"{name} has shape {array.shape}; accepted: one axis, at least 2 points"
-            )
-        bad = np.flatnonzero(~np.isfinite(array))
+        row = checks.as_real(name, values, "finite numbers [m], at least 2").astype(np.float64)
+        if row.ndim != 1 or row.size < 2:
+            raise ValueError(f"{name} has shape {row.shape}; accepted: one axis, at least 2 points")
+        bad = np.flatnonzero(~np.isfinite(row))
         if bad.size:
-            raise ValueError(f"{name}[{bad[0]}] = {array[bad[0]]}; accepted: finite numbers [m]")
-        arrays.append(array)
+            raise ValueError(f"{name}[{bad[0]}] = {row[bad[0]]}; accepted: finite numbers [m]")
+        arrays.append(row)
     x, y = arrays
     if x.shape != y.shape:
         raise ValueError(f"x has {x.size} points and y {y.size}; accepted: as many y as x")

@@ -39,12 +39,8 @@ class Surface:
         require_number("factors", factors, low=0.0, accepted="factors >= 0, one more than edges")
         require_number("ramp", ramp, low=0.0, strict=True, accepted="a length > 0 [m]")
         at, of = np.asarray(edges, float), np.asarray(factors, float)
-        if (
-            np.ndim(ramp)
-            or at.ndim != 1
-            or of.shape != (len(at) + 1,)
-            or np.any(np.diff(at) <= ramp)
-        ):
+        fitting = np.ndim(ramp) == 0 and at.ndim == 1 and of.shape == (len(at) + 1,)
+        if not fitting or np.any(np.diff(at) <= ramp):
             raise ValueError(
                 f"edges = {shown(edges)}, factors = {shown(factors)}, ramp = {shown(ramp)}; "
                 "accepted: ascending edges further apart than one ramp [m], and one factor more"
