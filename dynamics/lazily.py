@@ -19,9 +19,8 @@ def loaded_when_used(
     """
     module = sys.modules[package]
     loader: Any = getattr(module, "__loader__", None)
-    (block,) = (
-        one for one in ast.parse(loader.get_source(package)).body if isinstance(one, ast.If)
-    )
+    body = ast.parse(loader.get_source(package)).body
+    (block,) = (one for one in body if isinstance(one, ast.If))
     imports = [one for one in block.body if isinstance(one, ast.ImportFrom)]
     homes = {name.name: str(one.module) for one in imports for name in one.names}
 

@@ -29,6 +29,5 @@ def cheapest(points: Iterable[Any], batch: int, tolerance: float, refusal: str) 
         return min(good, key=lambda point: (point.cost, point.promised_error))
     best = min((point.promised_error for point in points), default=math.nan)
     accepted = f"from {best:.2g}" if points else "other ground, precision or checks"
-    raise ValueError(
-        f"tolerance = {tolerance:g}: {refusal.format(batch=nearest)}; accepted: {accepted}"
-    )
+    why = refusal.format(batch=nearest)
+    raise ValueError(f"tolerance = {tolerance:g}: {why}; accepted: {accepted}")

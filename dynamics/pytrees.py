@@ -224,17 +224,14 @@ def require_numeric(**values: Any) -> None:
     """Raise ValueError for what is neither a number nor an array of real numbers, whatever its
     value: text, bytes, booleans, None, lists. Cheap, for calls that are made often."""
     for name, value in values.items():
+        why, dtype = "", getattr(value, "dtype", None)
         if isinstance(value, float | int) and not isinstance(value, bool):
             if isinstance(value, int) and abs(value) > sys.float_info.max:
-                raise ValueError(
-                    f"{name} = {shown(value)} is too large; accepted: a real number or an array"
-                )
-            continue
-        kind = getattr(getattr(value, "dtype", None), "kind", None)
-        if kind not in ("f", "i", "u") and getattr(value, "dtype", None) != jnp.bfloat16:
-            raise ValueError(
-                f"{name} = {shown(value)} is not a number; accepted: a real number or an array"
-            )
+                why = "is too large"
+        elif getattr(dtype, "kind", None) not in ("f", "i", "u") and dtype != jnp.bfloat16:
+            why = "is not a number"
+        if why:
+            raise ValueError(f"{name} = {shown(value)} {why}; accepted: a real number or an array")
 
 
 def same_rank(*values: Number) -> tuple[jax.Array, ...]:

@@ -204,9 +204,7 @@ def _outside_a_trace(*leaves: Array, kernel: _Kernel) -> list[Array]:
 def _batched(
     leaves: Sequence[Array], axes: Sequence[int | None], *, kernel: _Kernel
 ) -> tuple[list[Array], list[int]]:
-    size = next(
-        leaf.shape[axis] for leaf, axis in zip(leaves, axes, strict=True) if axis is not None
-    )
+    size = next(leaf.shape[at] for leaf, at in zip(leaves, axes, strict=True) if at is not None)
     moved = [
         leaf if axis is None else jnp.moveaxis(leaf, axis, 0)
         for leaf, axis in zip(leaves, axes, strict=True)
@@ -404,9 +402,7 @@ class _Lanes(NamedTuple, Generic[Args, Carry]):
         batched = [leaf for leaf, axis in zip(leaves, axes, strict=True) if axis is not None]
         batched, part = _picked((batched, carry), places)
         own = iter(batched)
-        chosen = [
-            leaf if axis is None else next(own) for leaf, axis in zip(leaves, axes, strict=True)
-        ]
+        chosen = [leaf if at is None else next(own) for leaf, at in zip(leaves, axes, strict=True)]
         part = self.finish(jax.tree.unflatten(structure, chosen), part, wanted <= rank[-1])
         return _choose(going & (rank < size), _picked(part, jnp.clip(rank, 0, size - 1)), carry)
 
