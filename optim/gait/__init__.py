@@ -14,6 +14,4 @@ OBJECTIVES: dict[str, str] = {
 }
 """Objectives by name. A weighted sum maps names, friction left out, to weights."""
 
-METHODS: dict[str, str] = {
-    "conic": "second-order cones in cvxpy, proved by duality outside of the solver"
-}
+METHODS = {"conic": "second-order cones in cvxpy, proved by duality outside of the solver"}
