@@ -158,7 +158,8 @@ class Waypoints(NamedTuple):
             # From the front contact, within which all ground lies that matters.
             of = posture.params
             reach = float(of.body_length) + 2 * float(of.leg_length + of.wheel_radius)
-            size = _size_of_calls(len(x))
+            # of all calls, that which takes least time: one program for all
+            size = min(SIZES, key=lambda size: -(-len(x) // size) * (size + A_CALL))
             begins = range(0, len(x), size)
             parts = [(padded(x, size, i), padded(friction, size, i)) for i in begins]
             longest = max((np.ptp(at) for at, _ in parts), default=0.0)
@@ -221,11 +222,6 @@ def together(drives: int, count: int) -> int:
     fitting = [size for size in SIZES if size >= count] or [count]
     size = min(fitting, key=lambda size: -(-drives // (size // count)) * (size + A_CALL))
     return size // count
-
-
-def _size_of_calls(count: int) -> int:
-    """The size of all calls for so many stations that takes least time: one program for all."""
-    return min(SIZES, key=lambda size: -(-count // size) * (size + A_CALL))
 
 
 def finite_cost(

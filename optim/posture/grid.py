@@ -326,9 +326,7 @@ def _agreed(problem: PostureProblem, result: PostureResult, value: float) -> Pos
     return replace(result, status=OptimStatus.INACCURATE, details=details, message=message)
 
 
-def _arrivals(
-    grid: PostureGrid, progress: bool = False
-) -> tuple[np.ndarray, list[np.ndarray], int, float]:
+def _arrivals(grid: PostureGrid, progress: bool) -> tuple[np.ndarray, list[np.ndarray], int, float]:
     """Least cost of arriving at each node of the last waypoint, infinite where none arrives, or of
     the first waypoint where none does at all; the nodes before, at each waypoint up to that one;
     how many moves the rate and the constraints allow; the largest finite cost of all."""

@@ -123,9 +123,7 @@ def _scaled(posture: Posture, at: Station) -> tuple[dict[str, Array], Array]:
     margins = {name: jnp.min(of, axis=-1) for name, of in posture.margins(at).items()}
     placed = margins.pop("pose") > 0
     margins = {name: jnp.where(placed & at.finite, of, -jnp.inf) for name, of in margins.items()}
-    needed = [
-        jnp.where(N > 0, (jnp.abs(F) + posture.min_grip) / N, jnp.inf) for F, N, _ in at.wheels
-    ]
+    needed = [jnp.where(N > 0, (abs(F) + posture.min_grip) / N, jnp.inf) for F, N, _ in at.wheels]
     met = jnp.all(jnp.stack([of for name, of in margins.items() if name != "grip"]) >= 0, axis=0)
     return margins, jnp.where(met, jnp.maximum(*needed), jnp.inf)
 

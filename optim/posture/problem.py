@@ -184,9 +184,8 @@ class PostureProblem(PostureData, Problem[evaluate.PostureResult]):
         count, (rows,) = self.filled(X, each=len(self.x) * STATION)
         angles = rows.reshape(-1, len(self.x), 2)
         if count == 0:
-            return np.zeros(0), np.zeros(
-                (0, max(of.stop for of in self.constraint_groups.values()))
-            )
+            most = max(of.stop for of in self.constraint_groups.values())
+            return np.zeros(0), np.zeros((0, most))
         drives, shape = evaluate.together(len(angles), len(self.x)), angles.shape[:2]
         waypoints = self._waypoints_of(drives)
         begins = range(0, len(angles), drives)

@@ -117,10 +117,8 @@ def solve_model(
     promises there; None where the solver gave up. scale: the objective's size."""
     low, high = problem.bounds
     step = cp.Variable(problem.n)
-    constraints: list[cp.Constraint] = [
-        step >= np.maximum(low - x, -radius),
-        step <= np.minimum(high - x, radius),
-    ]
+    low, high = np.maximum(low - x, -radius), np.minimum(high - x, radius)
+    constraints: list[cp.Constraint] = [step >= low, step <= high]
     square = problem.criterion.outer == "square"
     factor = np.sqrt(scale) if square else scale
     terms = np.ravel(at.terms) / factor + _sparse(at.term_slopes / factor, problem.n) @ step

@@ -216,10 +216,8 @@ def nearer_between(params: UGVParams, turn: float) -> float:
     least = 2 * float(params.wheel_radius) + float(params.wheel_gap)
     rear = np.linspace(low, high, FINE)
     across, up = l * np.cos(rear) - L, -l * np.sin(rear)
-    cosine = (least**2 - L**2 - 2 * l**2 + 2 * L * l * np.cos(rear)) / (
-        2 * l * np.hypot(across, up)
-    )
-    swing = np.arccos(np.where(np.abs(cosine) <= 1, cosine, np.nan))
+    cos = (least**2 - L**2 - 2 * l**2 + 2 * L * l * np.cos(rear)) / (2 * l * np.hypot(across, up))
+    swing = np.arccos(np.where(np.abs(cos) <= 1, cos, np.nan))
     front = (np.arctan2(up, across) + np.stack([swing, -swing])) % (2 * np.pi)
     pairs = np.stack(np.broadcast_arrays(rear, front)).reshape(2, -1)
     pairs = pairs[:, (pairs[1] >= low) & (pairs[1] <= high)]

@@ -273,20 +273,17 @@ class Surveyor:
             self.least += problem.min_wheel_clearance - 2 * FEASIBLE * self.vehicle.leg_length
 
     def first(self, k: int, rear: Axis, front: Axis) -> StationCells:
-        bracket = Bracket.behind(
-            self.ground, self.vehicle.wheel_radius, float(self.problem.x[k]), self.longest
-        )
+        r, x = self.vehicle.wheel_radius, float(self.problem.x[k])
+        bracket = Bracket.behind(self.ground, r, x, self.longest)
         alive = np.ones((len(rear) - 1, len(front) - 1), bool)
         alive, inside = self._inside(bracket, rear, front, alive)
         rolled = self.arc.at(interval(self.problem.x[k : k + 1]))[0]
-        own = bracket.front.slope.arctan() - rolled / self.vehicle.wheel_radius
+        own = bracket.front.slope.arctan() - rolled / r
         return self._valued(k, StationCells(bracket, own, rear, front, alive, {}, {}, inside))
 
     def halved(self, k: int, cells: StationCells) -> StationCells:
         """Every cell cut in four (a given angle's is not), without those beside all alive."""
-        rear, front = (
-            axis if axis[-1] - axis[0] <= 3 * FEASIBLE else halved(axis) for axis in cells.boxed
-        )
+        rear, front = (of if of[-1] - of[0] <= 3 * FEASIBLE else halved(of) for of in cells.boxed)
         alive = cells.alive[cells.box]
         for axis, of in ((0, rear), (1, front)):
             alive = np.repeat(alive, (len(of) - 1) // alive.shape[axis], axis)

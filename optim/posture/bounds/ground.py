@@ -269,9 +269,8 @@ class Arc:
         even = np.linspace(start, end, int(np.ceil((end - start) / CELL)) + 1)
         edges = np.unique(np.concatenate([even, knots]))
         left, right = edges[:-1], edges[1:]
-        _, m, f2, f3 = ground.profile(
-            Interval(np.nextafter(left, right), np.nextafter(right, left))
-        )
+        inner = Interval(np.nextafter(left, right), np.nextafter(right, left))
+        _, m, f2, f3 = ground.profile(inner)
         square = m.square() + 1.0
         bends = (f2.square() / square + m * f3) / square.sqrt()
         pieces = _integral(ground, interval(left), interval(right), bends)

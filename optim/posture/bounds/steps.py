@@ -76,9 +76,8 @@ PAIRS = {
 def terms_of(criterion: Criterion) -> list[Term]:
     """The terms of a sum over steps; ValueError for a criterion that has no such form here."""
     if criterion.name not in PAIRS:
-        raise ValueError(
-            f"criterion = {criterion.name}; accepted: {', '.join(PAIRS)}, and worst stations"
-        )
+        known = ", ".join(PAIRS)
+        raise ValueError(f"criterion = {criterion.name}; accepted: {known}, and worst stations")
     terms = [Term(X, Y) for X, Y in PAIRS[criterion.name]]
     if criterion.rates is None:
         return terms
@@ -168,10 +167,8 @@ def kappas(
     """Losses of moves from cells of one end to those of the other; cut: a leg's are a triangle."""
     X, U = (side.fields[term.X].of(at) for side, at in zip(ends, cells, strict=True))
     if term.Y is None:
-        each = (
-            _least(of.second.size, of.first.size, side, at)
-            for of, side, at in zip((X, U), ends, cells, strict=True)
-        )
+        both = zip((X, U), ends, cells, strict=True)
+        each = (_least(of.second.size, of.first.size, side, at) for of, side, at in both)
         total = sum(each, np.zeros(len(cells[0]))) * (1 + SLACK)
         return total / 2 if term.heat else total
     Y, V = (side.fields[term.Y].of(at) for side, at in zip(ends, cells, strict=True))
@@ -204,8 +201,7 @@ def sizes(term: Term, ends: tuple[Side, Side]) -> tuple[float, float]:
     if term.Y is None:
         return total, 1.01 * off
     Y, V = (side.fields[term.Y] for side in ends)
-    change = float(
-        max(np.max(V.over.hi) - np.min(Y.over.lo), np.max(Y.over.hi) - np.min(V.over.lo))
-    )
+    ways = (V.over, Y.over), (Y.over, V.over)
+    change = float(max(np.max(a.hi) - np.min(b.lo) for a, b in ways))
     by = Y.radius + V.radius
     return total * change / 2, 1.01 * (off * abs(change) / 2 + total / 2 * by + off * by)

@@ -143,9 +143,8 @@ def _pairs(at: np.ndarray, of: np.ndarray, shape: np.ndarray, ahead: bool) -> Pa
     for leg in (0, 1):
         none |= (shape[leg] == AHEAD)[:, None] & UP[leg]
         none |= (shape[leg] == BACK)[:, None] & DOWN[leg]
-    return Pairs(
-        a, b, none.reshape(-1, 4, 4).transpose(0, 2, 1), (shape == AHEAD) | (shape == BACK)
-    )
+    cut = (shape == AHEAD) | (shape == BACK)
+    return Pairs(a, b, none.reshape(-1, 4, 4).transpose(0, 2, 1), cut)
 
 
 def _turned(of: np.ndarray, ahead: bool) -> np.ndarray:
@@ -293,9 +292,8 @@ class Sums:
         sides = [Side.of(one, self.terms) for one in cells]
         if self.recovers and any(np.any(side.alive.ravel() & ~side.known) for side in sides):
             return -np.inf, cells, every  # nothing is known of what is recovered there
-        steps = [
-            Step.of(self.problem, self.terms, k, a, b) for k, (a, b) in enumerate(pairwise(sides))
-        ]
+        given, pairs = (self.problem, self.terms), enumerate(pairwise(sides))
+        steps = [Step.of(*given, k, a, b) for k, (a, b) in pairs]
         cap = self._cap(steps, least)
         to_go = [_free(sides[-1])]
         for step in steps[::-1]:
