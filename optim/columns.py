@@ -108,9 +108,7 @@ def _columns(
         cells = _cells(line, mark)
         if len(cells) != width:
             raise _TableError(f"{name}:{number}: {len(cells)} columns instead of {width}")
-        row = [
-            factor * float(cells[at]) if is_number(cells[at]) else math.nan for at, factor in taken
-        ]
+        row = [by * float(cells[at]) if is_number(cells[at]) else math.nan for at, by in taken]
         for spec, (at, _), value in zip(wanted, taken, row, strict=True):
             if not math.isfinite(value):
                 what = f"{spec.name} = {shown(cells[at])} is no finite number"

@@ -208,10 +208,8 @@ class _Search:
         angles = np.full(len(held), np.nan)
         angles[self.rows] = log.angles[1:]
         begins = log.times[0] + np.append(0.0, np.cumsum(durations)[:-1])
-        self.log = (
-            (np.append(log.times[0] - 1.0, log.times), impulse),
-            (begins, begins + durations, held, durations, angles),
-        )
+        rows = begins, begins + durations, held, durations, angles
+        self.log = (np.append(log.times[0] - 1.0, log.times), impulse), rows
         self.static = tuple(name for name in LOADS if name in asked), RK4Split(substeps=substeps)
         few = slice(0, LEAST_ROWS // 2)
         begun = log.times[few] - log.times[0]
@@ -364,11 +362,8 @@ def likely(scan: _Tried, axis: int) -> Interval:
     logs, misfit = scan.points[order, axis], scan.last.misfit[order]
     near = np.flatnonzero(misfit <= misfit.min() + JOINT)
     weights = np.exp((misfit.min() - misfit) / 2)
-    found = (
-        weights @ logs / weights.sum(),
-        logs[max(near[0] - 1, 0)],
-        logs[min(near[-1] + 1, len(logs) - 1)],
-    )
+    low, high = logs[max(near[0] - 1, 0)], logs[min(near[-1] + 1, len(logs) - 1)]
+    found = weights @ logs / weights.sum(), low, high
     return Interval(*(float(np.exp(one)) for one in found))
 
 
