@@ -134,10 +134,8 @@ class Columns:
     def __init__(self, obs: Array, info: dict[str, Array]):
         self.width = obs.shape[0]
         """Numbers of an observation."""
-        self.kinds = {
-            name: np.dtype(info[name].dtype)
-            for name in sorted({*info} - {"final_obs", "autoreset"})
-        }
+        names = sorted({*info} - {"final_obs", "autoreset"})
+        self.kinds = {name: np.dtype(info[name].dtype) for name in names}
         """Types of info's entries."""
         self.flags = 2 * self.width + 1
         """Column of terminated, which truncated and autoreset follow."""
@@ -145,11 +143,8 @@ class Columns:
         """Column of info's first entry."""
         self.count = self.info + len(self.kinds)
         """Numbers of a row."""
-        self._whole = [
-            (name, bool if kind.kind == "b" else int)
-            for name, kind in self.kinds.items()
-            if kind.kind != "f"
-        ]
+        own = {"b": bool, "i": int, "u": int}
+        self._whole = [(name, own[of.kind]) for name, of in self.kinds.items() if of.kind in own]
 
     def info_of(self, row: np.ndarray) -> dict[str, float]:
         """Info of one environment, in Python's numbers."""

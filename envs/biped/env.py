@@ -359,7 +359,6 @@ class BipedEnv(FunctionalEnv[episode.BipedEnvState, BipedEnvParams]):
             mu_ahead = contacts.friction_on(floor, ahead, dtype).mu_static
             seen += [jnp.minimum(gap, MAX_SIGHT), jnp.minimum(mu_ahead, MAX_FRICTION)]
         if self.see_friction:
-            seen += [
-                jnp.minimum(mu, MAX_FRICTION) for mu in contacts.friction_on(floor, here, dtype)
-            ]
+            under = contacts.friction_on(floor, here, dtype)
+            seen += [jnp.minimum(mu, MAX_FRICTION) for mu in under]
         return seen

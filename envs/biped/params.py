@@ -248,17 +248,14 @@ def make_params(
     bare.validate()
     numbers = _as_numbers({"scene": scene, "randomisation": drawn} | numbers)
     bare = bare.astype(pytrees.float_kind(dtype, jnp.result_type(bare.mass)))
-    return BipedEnvParams(
-        robot=prepare(bare, fidelity=fidelity, payload=scene.payload), **numbers
-    ).validate()
+    model = prepare(bare, fidelity=fidelity, payload=scene.payload)
+    return BipedEnvParams(robot=model, **numbers).validate()
 
 
 def episode_params(params: BipedEnvParams, options: Mapping[str, Any]) -> BipedEnvParams:
     """The parameters with a start of their own, whatever is named, so that all options are one
     program; what they set is not drawn."""
-    given = {
-        name: pytrees.require_one(name, value, **DRAWS[name]) for name, value in options.items()
-    }
+    given = {name: pytrees.require_one(name, one, **DRAWS[name]) for name, one in options.items()}
     usual = {"phase": SUPPORT_START, "crank_rate": 0.0, "mean_rate": params.mean_rate}
     usual |= {} if params.mark is None else {"mark": params.mark}
     drawn = params.randomisation

@@ -115,9 +115,8 @@ class BipedFrame:
     @property
     def friction_use(self) -> np.ndarray:
         """|F| / N [n]; NaN where N = 0."""
-        return np.abs(self.friction_force) / np.where(
-            self.normal_force > 0, self.normal_force, np.nan
-        )
+        normal = np.where(self.normal_force > 0, self.normal_force, np.nan)
+        return np.abs(self.friction_force) / normal
 
 
 def slipping(mode: Numbers, slid: Numbers) -> np.ndarray:

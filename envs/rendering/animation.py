@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import shutil
-import subprocess
 import tempfile
 from collections.abc import Iterable, Iterator
 from itertools import chain
 from pathlib import Path
+from subprocess import DEVNULL, PIPE, Popen
 from typing import IO
 
 import numpy as np
@@ -92,9 +92,7 @@ def _write_mp4(frames: Iterator[np.ndarray], name: str, fps: float) -> None:
     made = ["-crf", "18", "-movflags", "+faststart", "-f", "mp4", "-y"]
     command = [find_ffmpeg(), "-loglevel", "error", *given, *even, *made, f"file:{name}"]
     with tempfile.TemporaryFile() as errors:
-        process = subprocess.Popen(
-            command, stdin=subprocess.PIPE, stdout=subprocess.DEVNULL, stderr=errors
-        )
+        process = Popen(command, stdin=PIPE, stdout=DEVNULL, stderr=errors)
         try:
             for frame in chain([first], frames):
                 process.stdin.write(frame.tobytes())  # type: ignore[union-attr]

@@ -92,9 +92,8 @@ class Mechanism:
         A, B = points[:, NAMES.index("A")], points[:, NAMES.index("B")]
         angles = [*feet, np.arctan2(*(B - A).T[::-1])]
         origins = [points[:, NAMES.index(name)] for name in ("E0", "E1", "A")]
-        return points, np.stack(
-            [np.column_stack(both) for both in zip(origins, angles, strict=True)], axis=1
-        )
+        placed = [np.column_stack(both) for both in zip(origins, angles, strict=True)]
+        return points, np.stack(placed, axis=1)
 
 
 def _parts(params: BipedParams, swept: Kinematics) -> tuple[Part, ...]:
@@ -113,10 +112,8 @@ def _parts(params: BipedParams, swept: Kinematics) -> tuple[Part, ...]:
     for side in (0, 1):
         parts.append(Part("main", outline=sole, body=side, group=side))
         for a, b, role in BARS:
-            width = theme.BAR_WIDTH[role]
-            parts.append(
-                Part(role, bars=((_pin(a, side), _pin(b, side)),), width=width, group=side)
-            )
+            ends, width = (_pin(a, side), _pin(b, side)), theme.BAR_WIDTH[role]
+            parts.append(Part(role, bars=(ends,), width=width, group=side))
         dots = tuple(_pin(name, side) for name in OWN)
         parts.append(Part("main", dots=dots, width=4.4, group=side))
     arms = _pin("crank_pin", 0), _pin("crank_pin", 1)

@@ -274,10 +274,8 @@ def _placed(solver: PoseSolver, stations: Station, *given: Any) -> Sampled:
 
     def one(at: Station, friction: Number) -> Sampled:
         placed = place(vehicle, track, at.x, at.leg_angles, solver)
-        turned = [
-            wheel.slope_angle - odometer.distance(wheel.x) / vehicle.wheel_radius
-            for wheel in (placed.rear, placed.front)
-        ]
+        wheels, r = (placed.rear, placed.front), vehicle.wheel_radius
+        turned = [wheel.slope_angle - odometer.distance(wheel.x) / r for wheel in wheels]
         places = at.x + about, at.x + ahead.astype(kind)
         points, seen = (jnp.stack([x, track.height(x)], -1) for x in places)
         surface = track.surface
