@@ -40,14 +40,11 @@ def test_exchange_changes_nothing_but_the_leg(float64, direction, mu):
     """Rates and foot speed go on through it, to the step's order; the floor position leaps."""
     model = helpers.default_model()
     begin = biped.SUPPORT_END if direction > 0 else biped.SUPPORT_START
-    velocity = 0.05 * (mu < 1)
-    state = helpers.state_of(
-        phase=begin - direction * 1e-5, crank_rate=3.0 * direction, foot_velocity=velocity
-    )
+    phase, rate, velocity = begin - direction * 1e-5, 3.0 * direction, 0.05 * (mu < 1)
+    state = helpers.state_of(phase=phase, crank_rate=rate, foot_velocity=velocity)
     scene, size = Scene.uniform(jnp.asarray(mu), jnp.asarray(mu)), jnp.asarray(1e-5)
-    after, contact = biped.step(
-        model, scene, state, jnp.asarray(0.0), size, integrator=helpers.RECORDING
-    )
+    given = model, scene, state, jnp.asarray(0.0), size
+    after, contact = biped.step(*given, integrator=helpers.RECORDING)
     assert int(contact.switches) == 1
     assert int(after.steps) == direction
     np.testing.assert_allclose(after.crank_rate, state.crank_rate, rtol=2e-3)
@@ -84,9 +81,8 @@ def test_in_a_batch_the_asymmetric_member_stops_at_the_exchange(float64):
     models = jax.tree.map(lambda *leaves: jnp.stack(leaves), *robots)
     scene, size = Scene.grip(outputs="state"), jnp.asarray(0.01)
     state = helpers.state_of(phase=biped.SUPPORT_END - 0.01, crank_rate=3.0)
-    after, contact = jax.vmap(
-        lambda model: biped.step(model, scene, state, jnp.asarray(1.0), size)
-    )(models)
+    given = scene, state, jnp.asarray(1.0), size
+    after, contact = jax.vmap(lambda model: biped.step(model, *given))(models)
     assert contact.status.tolist() == [Status.OK, Status.NO_EXCHANGE]
     assert after.steps.tolist() == [1, 0]
     np.testing.assert_allclose(after.phase[1], biped.SUPPORT_END, atol=1e-9)

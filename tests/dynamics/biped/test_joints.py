@@ -49,9 +49,8 @@ def random_robots(seed: int = 0) -> biped.BipedParams:
 
 def default_robots(dtype: str = "float64") -> biped.BipedParams:
     """The default robot 256 times."""
-    return jax.tree.map(
-        lambda leaf: jnp.broadcast_to(leaf, (COUNT, *jnp.shape(leaf))), default_params(dtype)
-    )
+    one = default_params(dtype)
+    return jax.tree.map(lambda leaf: jnp.broadcast_to(leaf, (COUNT, *jnp.shape(leaf))), one)
 
 
 def random_instants(seed: int = 1, dtype: str = "float64") -> dict[str, jax.Array]:

@@ -19,11 +19,8 @@ BOOKKEEPING = {
     *("broadcast", "call", "conditional", "copy", "fusion", "reshape", "slice", "while"),
 }
 """Instructions that compute nothing."""
-SCENES = {
-    "grip": Scene.grip(),
-    "uniform": Scene.uniform(0.06, 0.05),
-    "patches": Scene.patches([0.3, 0.6], [0.5, 0.05, 0.5]),
-}
+SCENES = {"grip": Scene.grip(), "uniform": Scene.uniform(0.06, 0.05)}
+SCENES |= {"patches": Scene.patches([0.3, 0.6], [0.5, 0.05, 0.5])}
 NUMBERS = {"uniform": {"mu_static", "mu_kinetic"}, "patches": {"edges", "mu_static", "mu_kinetic"}}
 NUMBERS |= {"grip": set()}
 """The floors' numbers, which the program names among its inputs."""

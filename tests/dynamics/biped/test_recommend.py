@@ -140,16 +140,13 @@ def test_a_scene_is_judged_by_its_floor():
 def test_presets_are_points_of_the_measured_front():
     wanted = (PRESET_SCENE, PRESET_BATCH)
     points = [p for p in promises("default") if (p.scene, p.batch) == wanted]
-    fast, balanced, exact = (
-        next(p for p in points if p.setting == PRESETS[name])
-        for name in ("fast", "balanced", "exact")
-    )
+    presets = [PRESETS[name] for name in ("fast", "balanced", "exact")]
+    fast, balanced, exact = (next(p for p in points if p.setting == one) for one in presets)
     for chosen in (fast, balanced, exact):
         for point in points:
             other = chosen is not exact and point.setting.dtype == "float64"
-            assert (
-                other or point.cost >= chosen.cost or point.promised_error > chosen.promised_error
-            )
+            worse = point.promised_error > chosen.promised_error
+            assert other or point.cost >= chosen.cost or worse
     assert fast.promised_error <= 2e-2
     assert exact.promised_error <= max(1e-8, min(point.promised_error for point in points))
     assert fast.cost <= balanced.cost <= exact.cost

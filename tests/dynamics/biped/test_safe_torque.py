@@ -147,10 +147,9 @@ def test_derivatives_are_those_of_differences():
     ],
 )
 def test_bad_numbers_are_refused_by_name(given, named):
+    given = {"torque": 1.0, "mu_static": 0.1} | given
     with pytest.raises(ValueError, match=f"{named} = "):
-        safe_torque(
-            BipedParams.from_bars(), BipedState(), **{"torque": 1.0, "mu_static": 0.1} | given
-        )
+        safe_torque(BipedParams.from_bars(), BipedState(), **given)
 
 
 @pytest.mark.long

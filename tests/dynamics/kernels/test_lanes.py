@@ -52,9 +52,8 @@ def root(x):
 def test_only_those_in_need_are_given_what_is_computed(needed):
     x = jnp.arange(5.0)
     otherwise = {"root": -jnp.ones(5), "twice": jnp.zeros(5)}
-    found = jax.vmap(lambda n, x, o: where_needed(n, root, (x,), o))(
-        jnp.asarray(needed), x, otherwise
-    )
+    given = jnp.asarray(needed), x, otherwise
+    found = jax.vmap(lambda n, x, o: where_needed(n, root, (x,), o))(*given)
     np.testing.assert_allclose(found["root"], np.where(needed, np.sqrt(np.arange(5.0)), -1))
     np.testing.assert_allclose(found["twice"], np.where(needed, 2 * np.arange(5.0), 0))
 

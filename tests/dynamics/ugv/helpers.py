@@ -72,10 +72,8 @@ def chapter(params, pose):
         [cross(T3, tr), cross(T3, nr) + arm, cross(D3, tf), cross(D3, nf) + arm, 0, 0, 0, 0, 0],
     ]
     right = [0, wheel * g, 0, 0, carried * g, 0, 0, (carried + wheel) * g, 0]
-    return (
-        jnp.stack([jnp.stack([of * one for of in row], -1) for row in rows], -2),
-        jnp.stack([zero + of for of in right], -1),
-    )
+    matrix = jnp.stack([jnp.stack([of * one for of in row], -1) for row in rows], -2)
+    return matrix, jnp.stack([zero + of for of in right], -1)
 
 
 def mirrored(track: Track, about: float) -> Track:

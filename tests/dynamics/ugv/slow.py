@@ -92,9 +92,8 @@ class Slow:
 
     def wheel_energy(self, stations):
         """Work of the motors over a drive, none recovered; trapezoid rule over each step."""
-        work = [
-            (a["torque"] + b["torque"]) / 2 * (b["turn"] - a["turn"]) for a, b in pairwise(stations)
-        ]
+        pairs = pairwise(stations)
+        work = [(a["torque"] + b["torque"]) / 2 * (b["turn"] - a["turn"]) for a, b in pairs]
         return float(sum(max(w, 0.0) for w in work))
 
     def best(self, places, angles, most=np.inf):

@@ -33,9 +33,8 @@ def test_the_closed_form_solves_the_chapters_equations_for_random_vehicles(float
     fields["leg_length"] = fields["body_length"] * jnp.asarray(random.uniform(0.2, 0.5, 32))
     vehicles = jax.tree.map(lambda v: jnp.broadcast_to(v, 32), UGVParams(**fields))
     x, angles = drawn(default, float64, 32, 3.5, 6.0)
-    pose = jax.jit(jax.vmap(lambda p, x, a: place(p, track, x, a, PoseSolver())))(
-        vehicles, x, angles
-    )
+    placed = jax.jit(jax.vmap(lambda p, x, a: place(p, track, x, a, PoseSolver())))
+    pose = placed(vehicles, x, angles)
     good = np.asarray(pose.status == Status.OK)
     assert good.sum() > 20
     forces = jax.vmap(ground_forces)(vehicles, pose)
@@ -56,9 +55,8 @@ def test_rolling_resistance_enters_the_nine_equations_as_moments_of_the_normal_f
     rows, right = map(np.asarray, chapter(params, state.pose))
     solved = [np.linalg.lstsq(A, b)[0] for A, b in zip(rows, right, strict=True)]
     ours = np.stack([*state.forces, state.torque], -1)
-    np.testing.assert_allclose(
-        ours, np.array(solved)[:, [0, 1, 2, 3, 8]], atol=1e-10 * params.weight
-    )
+    exact = np.array(solved)[:, [0, 1, 2, 3, 8]]
+    np.testing.assert_allclose(ours, exact, atol=1e-10 * params.weight)
     if resistance == 0.0:
         for one, other in zip(state[:8], balanced(UGVParams(), track, x, angles)[:8], strict=True):
             np.testing.assert_allclose(one, other, atol=1e-11 * params.weight)

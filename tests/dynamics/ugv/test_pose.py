@@ -170,8 +170,7 @@ def test_the_clearance_is_that_of_the_body_and_of_what_the_wheels_leave_of_uprig
         return clearance(larger, Track.flat().astype(float64), placed, 8)
 
     bare = leg - radius
-    np.testing.assert_allclose(
-        found(params.wheel_radius), radius + leg - 15 / 16 * bare, rtol=1e-12
-    )
-    np.testing.assert_allclose(jax.grad(found)(params.wheel_radius), 15 / 16, rtol=1e-12)
+    r, clear = params.wheel_radius, radius + leg - 15 / 16 * bare
+    np.testing.assert_allclose(found(r), clear, rtol=1e-12)
+    np.testing.assert_allclose(jax.grad(found)(r), 15 / 16, rtol=1e-12)
     np.testing.assert_allclose(found(2 * leg), radius + leg, rtol=1e-12)  # wheels hide the legs

@@ -145,9 +145,8 @@ def painleve(direction: int) -> tuple[float, float]:
     angles = np.linspace(np.pi / 2, 3 * np.pi / 2, 4001)
     M, _, P, _, Y, _ = helpers.inertia_along(helpers.default_params(), angles)
     pushes = direction * P * Y > 0
-    bound = (M * float(helpers.default_params().total_mass) - P**2) / np.where(
-        pushes, np.abs(P * Y), 1.0
-    )
+    mass = float(helpers.default_params().total_mass)
+    bound = (M * mass - P**2) / np.where(pushes, np.abs(P * Y), 1.0)
     bound = np.where(pushes, bound, np.inf)
     return bound.min(), angles[bound.argmin()]
 
@@ -263,10 +262,8 @@ def held_from_the_edge(dtype):
 
     def one(mu, phase, rate, torque):
         state = biped.BipedState(phase, jnp.zeros((), jnp.int32), rate, zero, zero, zero)
-        scene = Scene.uniform(mu, mu, outputs="state")
-        after, contact = biped.step(
-            model, scene, state, torque, jnp.asarray(0.1, dtype), integrator=spec
-        )
+        scene, size = Scene.uniform(mu, mu, outputs="state"), jnp.asarray(0.1, dtype)
+        after, contact = biped.step(model, scene, state, torque, size, integrator=spec)
         return contact.status, after
 
     rows = (jnp.asarray(np.repeat(r[:, None], len(NUDGES), 1), dtype) for r in (mu, phase, rate))

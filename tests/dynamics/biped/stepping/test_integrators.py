@@ -84,10 +84,8 @@ def walks(name: str, dtype: str):
     def walk(phase, rate, torque, mu_static, mu_kinetic):
         state = state_of(dtype)
         state = BipedState(**(vars(state) | {"phase": phase, "crank_rate": rate}))
-        scene = Scene.uniform(mu_static, mu_kinetic)
-        return simulate(
-            model, scene, state, jnp.broadcast_to(torque, COUNT), COUNT * DT, DT, integrator=spec
-        )
+        scene, torques = Scene.uniform(mu_static, mu_kinetic), jnp.broadcast_to(torque, COUNT)
+        return simulate(model, scene, state, torques, COUNT * DT, DT, integrator=spec)
 
     return jax.jit(jax.vmap(walk))(phase, rate, torque, *mu)
 
@@ -124,10 +122,8 @@ def test_a_foot_at_rest_within_the_cone_does_not_move(dtype, name):
 
 def test_an_adaptive_call_that_runs_out_of_steps_says_so_and_how_far_it_came(float64):
     model, scene = default_model(), Scene.uniform(0.5, 0.4)
-    state = state_of(phase=2.0, crank_rate=3.0)
-    after, contact = step(
-        model, scene, state, 0.5, 1.0, integrator=EventExact(rtol=1e-10, max_steps=20)
-    )
+    state, spec = state_of(phase=2.0, crank_rate=3.0), EventExact(rtol=1e-10, max_steps=20)
+    after, contact = step(model, scene, state, 0.5, 1.0, integrator=spec)
     assert int(contact.status) == Status.NOT_CONVERGED
     assert 0 < float(after.time) < 1.0
     assert np.isfinite(np.asarray(outcome(after))).all()

@@ -109,9 +109,8 @@ def test_where_it_is_proved_nothing_is_looked_up_and_the_status_is_the_same(monk
     x, angles = drawn(params, "float32", count, low=3.0, high=7.0)
 
     def statuses(width):
-        return place(
-            params, Track.bump(0.25, 5.0, width), x, angles, PoseSolver(iterations=6)
-        ).status
+        track, solver = Track.bump(0.25, 5.0, width), PoseSolver(iterations=6)
+        return place(params, track, x, angles, solver).status
 
     proved = jax.vmap(lambda w: nowhere_hollow(Bump(0.25, 5.0, w), RADIUS))(widths)
     assert 10 < int(jnp.sum(proved)) < 30
