@@ -37,10 +37,8 @@ def quickest_on_a_lattice(problem: GaitProblem, cells: int = 30, levels: int = 9
     theta = np.linspace(np.pi / 2, 3 * np.pi / 2, cells + 1)
     middle = (theta[1:] + theta[:-1]) / 2
     p = at.profiles.nodes
-    rows = {
-        name: np.interp(middle, p.theta[0], getattr(p, name)[0])
-        for name in ("M", "dM", "P", "dP", "Y", "dY")
-    }
+    names = ("M", "dM", "P", "dP", "Y", "dY")
+    rows = {name: np.interp(middle, p.theta[0], getattr(p, name)[0]) for name in names}
     h, weight = np.pi / cells, p.robot.weight
     b = np.linspace(0.0, 12.0**2, levels)
     start = int(np.argmin(np.abs(b - at.first[0])))

@@ -55,10 +55,8 @@ def test_a_stop_inside_a_step_is_at_its_mark_and_its_torque_changes_slowly_over_
 def test_feedback_takes_away_what_another_robot_makes_of_the_torque():
     found = solved("energy", mu=MU * (1 - RESERVE), mean_rate=4.5, steps=200)
     heavier = robot(payload=0.02)
-    errors = [
-        replay(heavier, found.best, feedback=gain, walk_steps=4).rate_error for gain in (0.0, 4.0)
-    ]
-    assert errors[1] < 0.7 * errors[0]
+    walks = [replay(heavier, found.best, feedback=gain, walk_steps=4) for gain in (0.0, 4.0)]
+    assert walks[1].rate_error < 0.7 * walks[0].rate_error
 
 
 def test_the_traced_law_is_the_gait(float64: object):

@@ -24,18 +24,11 @@ def test_pymoo_in_batches_and_with_several_goals():
     from pymoo.algorithms.soo.nonconvex.de import DE
     from pymoo.optimize import minimize
 
-    record = (
-        toy()
-        .objective(budget=1000)
-        .minimise(lambda o: minimize(exports.as_pymoo(o), DE(pop_size=20), seed=1))
-    )
+    one, two = toy().objective(budget=1000), toy(goals=2).objective(budget=800)
+    record = one.minimise(lambda o: minimize(exports.as_pymoo(o), DE(pop_size=20), seed=1))
     assert record.best == pytest.approx(LEAST, abs=1e-2)
     assert record.batches == 50
-    record = (
-        toy(goals=2)
-        .objective(budget=800)
-        .minimise(lambda o: minimize(exports.as_pymoo(o), NSGA2(pop_size=40), seed=1))
-    )
+    record = two.minimise(lambda o: minimize(exports.as_pymoo(o), NSGA2(pop_size=40), seed=1))
     front = np.array([values for _, values in record.front])
     assert len(front) > 20
     assert front.min(axis=0) == pytest.approx([LEAST, 0.0], abs=0.04)

@@ -25,12 +25,8 @@ def test_value_is_the_criterion_written_out_in_loops(name: str):
 def test_the_worst_is_seen_at_either_wheel_and_either_way(wheel: str, way: float):
     """Forces by hand: on a drive the other wheel, or the other way, may always be worse."""
     other = {"rear": "front", "front": "rear"}[wheel]
-    forces = {
-        f"F_{wheel}": 300.0 * way,
-        f"N_{wheel}": 500.0,
-        f"F_{other}": 90.0,
-        f"N_{other}": 900.0,
-    }
+    forces = {f"F_{wheel}": 300.0 * way, f"N_{wheel}": 500.0}
+    forces |= {f"F_{other}": 90.0, f"N_{other}": 900.0}
     nothing = dict.fromkeys(Station._fields, 0.0)
     at = Station(**nothing | forces | {"torque": 7.0 * way, "friction": 0.5})
     at = at.map(jnp.asarray)
@@ -77,9 +73,8 @@ X = np.linspace(2.5, 5.5, FINE)
 def _drive(posture, angles):
     """Potential energy, and the work of wheels and legs in each step [J]."""
     placed = place(posture.params, posture.odometer.track, posture.x, angles, PoseSolver(samples=0))
-    return placed.potential_energy(posture.params), posture.criterion.terms(
-        *steps(posture.stations(angles))
-    )
+    terms = posture.criterion.terms(*steps(posture.stations(angles)))
+    return placed.potential_energy(posture.params), terms
 
 
 def test_a_wheel_that_carries_nothing_demands_much_friction_and_never_less_than_none():

@@ -30,9 +30,7 @@ def every_path(problem: PostureProblem) -> tuple[np.ndarray, Station]:
     paths = np.array(list(product(*(range(len(layer)) for layer in layers))))
     angles = np.stack([np.array(layer)[paths[:, k]] for k, layer in enumerate(layers)], 1)
     # The stations of each pair at each waypoint, one drive for each pair of the grid.
-    drives = [
-        problem.stations(np.ravel([layer[i % len(layer)] for layer in layers])) for i in range(9)
-    ]
+    drives = [problem.stations(np.ravel([of[i % len(of)] for of in layers])) for i in range(9)]
     at = Station(
         *(np.stack([np.stack([getattr(d, name)[k] for d in drives])[paths[:, k]]
                     for k in range(K)], 1) for name in Station._fields)
@@ -67,10 +65,8 @@ def test_no_path_of_all_is_better(leg_rate, ends):
 
 def test_the_rate_limit_costs_something_here():
     """So that the tests with and without it test something."""
-    values = [
-        solve(tiny("torque_variation", leg_rate=rate), "dp", angles=3).value
-        for rate in (None, 3.0, 2.0)
-    ]
+    problems = [tiny("torque_variation", leg_rate=rate) for rate in (None, 3.0, 2.0)]
+    values = [solve(problem, "dp", angles=3).value for problem in problems]
     assert values[0] < values[1] < values[2]
 
 

@@ -66,10 +66,8 @@ def test_energies_are_electrical_and_heat_of_the_legs_counts(name):
 def test_a_descent_recovers_its_share_of_the_potential_energy():
     """Legs still, so that the wheels' work is the fall of the weight: m g h, less what is lost."""
     x, params = np.linspace(3.0, 5.0, 5), replace(LOSSY, rolling_resistance=None)
-    values = [
-        PostureProblem(params, Track.incline(slope), x).objective(np.full(10, 1.5))
-        for slope in (-0.2, 0.2)
-    ]
+    problems = [PostureProblem(params, Track.incline(slope), x) for slope in (-0.2, 0.2)]
+    values = [problem.objective(np.full(10, 1.5)) for problem in problems]
     lift = float(params.weight) * 0.2 * 2.0
     assert values == pytest.approx([-0.6 * lift, lift / 0.8], rel=1e-9)
 

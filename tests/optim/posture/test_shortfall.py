@@ -54,9 +54,8 @@ def test_the_closest_drive_misses_least_of_all_paths_over_the_grid(given):
         return float(np.sum(np.max(worst, axis=0)))
 
     p = problem.params
-    pairs = np.array(
-        list(itertools.product(np.linspace(p.leg_angle_min, p.leg_angle_max, 3), repeat=2))
-    )
+    each = np.linspace(p.leg_angle_min, p.leg_angle_max, 3)
+    pairs = np.array(list(itertools.product(each, repeat=2)))
     first = pairs if problem.start_angles is None else problem.start_angles[None]
     moves = 2.0 * np.diff(problem.x) + 1e-9
     paths = (

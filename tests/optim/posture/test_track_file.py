@@ -30,10 +30,8 @@ def write(folder, text, name="track.csv"):
 
 
 def gpx(*points, prologue="", ns=' xmlns="http://www.topografix.com/GPX/1/1"'):
-    nodes = "".join(
-        f'<trkpt lat="{lat}" lon="{lon}"><time>x</time><ele>{ele}</ele></trkpt>'
-        for lat, lon, ele in points
-    )
+    node = '<trkpt lat="{}" lon="{}"><time>x</time><ele>{}</ele></trkpt>'
+    nodes = "".join(node.format(*point) for point in points)
     first = f'<?xml version="1.0" encoding="UTF-8"?>{prologue}'
     return f"{first}<gpx{ns}><trk><trkseg>{nodes}</trkseg></trk></gpx>"
 

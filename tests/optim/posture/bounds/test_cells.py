@@ -160,9 +160,8 @@ def test_steps_are_not_below_what_slopes_charge_at_their_corners(cells, kind, na
         total = np.sum(weights.reshape(-1, 16) * charged, axis=1)
         assert np.all(value >= total - 1e-9)
         assert np.max(total) > 0  # and says something
-    best, other = (
-        np.min(left + of, axis=1) for of in (best_charges(parts, left, step.dx), sum(drawn))
-    )
+    charges = best_charges(parts, left, step.dx), sum(drawn)
+    best, other = (np.min(left + of, axis=1) for of in charges)
     if len(terms) == 1:
         assert np.mean(best >= other - 1e-3 * np.abs(other)) > 0.99
 
@@ -170,9 +169,7 @@ def test_steps_are_not_below_what_slopes_charge_at_their_corners(cells, kind, na
 def _weights(axes, angles, cells, kinds, leg):
     """What each pair of corners of a move counts in the interpolant of a leg's square or triangle:
     [n, 4, 4], the same whatever the other leg's corners are."""
-    s, t = (
-        (angles[:, n] - axis[cells[n]]) / np.diff(axis)[cells[n]] for n, axis in enumerate(axes)
-    )
+    s, t = ((angles[:, n] - of[cells[n]]) / np.diff(of)[cells[n]] for n, of in enumerate(axes))
     square = np.stack([(1 - s) * (1 - t), (1 - s) * t, s * (1 - t), s * t])
     ahead = np.stack([1 - s, 0 * s, s - t, t])
     back = np.stack([1 - t, t - s, 0 * s, s])

@@ -34,10 +34,8 @@ def test_profiles_are_held_over_wide_and_narrow_intervals(name: str, float64):
     x = Interval(middle - half, middle + half)
     found = ground.profile(x)
     with jax.enable_x64(True):
-        at = [
-            [np.asarray(of) for of in track.profile(middle + share * half)]
-            for share in (-1, -0.3, 0, 1)
-        ]
+        places = (middle + share * half for share in (-1, -0.3, 0, 1))
+        at = [[np.asarray(of) for of in track.profile(x)] for x in places]
     for values in at:
         for interval_, value in zip(found, values, strict=False):
             slack = 1e-12 * (1 + np.abs(value))  # of the computed values themselves
