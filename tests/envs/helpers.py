@@ -109,11 +109,8 @@ class Rollout(NamedTuple):
     @property
     def before(self) -> Any:
         """The states that the steps began in."""
-        return jax.tree.map(
-            lambda first, rest: np.concatenate([first[:, None], rest[:, :-1]], axis=1),
-            self.first_state,
-            self.state,
-        )
+        both = self.first_state, self.state
+        return jax.tree.map(lambda a, b: np.concatenate([a[:, None], b[:, :-1]], axis=1), *both)
 
 
 def rollout(

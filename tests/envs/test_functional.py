@@ -28,9 +28,8 @@ KEY = jax.random.key(7)
 @pytest.mark.parametrize("autoreset", ["same_step", "next_step", "disabled"])
 def test_a_step_inside_an_episode_is_the_same_in_every_mode(start, autoreset):
     action = jnp.asarray([0.5, -1.0])
-    obs, state, reward, terminated, truncated, info = Toy(autoreset).step(
-        KEY, start, action, PARAMS
-    )
+    found = Toy(autoreset).step(KEY, start, action, PARAMS)
+    obs, state, reward, terminated, truncated, info = found
     place = float(start.place) + 0.15
     assert obs == pytest.approx([place, 1.0], abs=1e-6)
     assert float(state.place) == pytest.approx(place, abs=1e-6)
@@ -77,9 +76,8 @@ def test_next_step_resets_one_step_later_whatever_the_action_for_no_reward(start
 
 
 def test_disabled_leaves_the_finished_episode_where_it_is(start):
-    obs, state, _, terminated, _, info = Toy("disabled").step(
-        KEY, near_the_edge(start), PUSH, PARAMS
-    )
+    found = Toy("disabled").step(KEY, near_the_edge(start), PUSH, PARAMS)
+    obs, state, _, terminated, _, info = found
     assert terminated
     assert state.over
     assert not info["autoreset"]

@@ -29,10 +29,8 @@ def test_a_scene_by_name_makes_the_parameters_of_the_scene(name):
 
 
 def test_a_named_scene_takes_the_options_of_a_scene():
-    assert_same(
-        Scene.named("wet", payload=1.5, steps="one"),
-        Scene.uniform(0.2, 0.15, payload=1.5, steps="one"),
-    )
+    given = {"payload": 1.5, "steps": "one"}
+    assert_same(Scene.named("wet", **given), Scene.uniform(0.2, 0.15, **given))
     assert Scene.named("grip", outputs="state") == Scene.grip(outputs="state")
 
 

@@ -56,9 +56,8 @@ def test_vector_wrappers_of_gymnasium_work():
         if "episode" in infos:
             done = infos["_episode"]
             ended += done.sum()
-            np.testing.assert_allclose(
-                infos["episode"]["r"][done], infos["episode_return"][done], rtol=1e-4
-            )
+            own, seen = infos["episode_return"][done], infos["episode"]["r"][done]
+            np.testing.assert_allclose(seen, own, rtol=1e-4)
             lengths = infos["episode_length"][done]
             assert np.array_equal(infos["episode"]["l"][done], lengths)
     assert ended >= 3

@@ -15,10 +15,8 @@ from stickslip.envs import BipedEnv, Randomisation, task_by_name
 BIPED = machine_by_name("biped")
 ENV = BipedEnv(autoreset="disabled")
 MARK = {"mark": 0.5, "mark_width": 0.07}
-SERVO = StopAtMark(
-    cruise=2.0,
-    gait=OptimalGait(gaits=GaitTable(np.array([2.0]), np.zeros((1, 9)), np.full((1, 9), 4.0))),
-)
+GAITS = GaitTable(np.array([2.0]), np.zeros((1, 9)), np.full((1, 9), 4.0))
+SERVO = StopAtMark(cruise=2.0, gait=OptimalGait(gaits=GAITS))
 """Its gait is a constant crank rate, which takes no solver."""
 
 

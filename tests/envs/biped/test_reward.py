@@ -22,9 +22,7 @@ WEIGHTS = {"tracking_weight": 1.7, "slip_weight": 0.3, "energy_weight": 0.9, "fa
 
 
 def doubles(tree):
-    return jax.tree.map(
-        lambda leaf: leaf.astype(np.float64) if leaf.dtype.kind == "f" else leaf, tree
-    )
+    return jax.tree.map(lambda of: of.astype(np.float64) if of.dtype.kind == "f" else of, tree)
 
 
 @pytest.fixture(params=["random", "weighted"])

@@ -144,9 +144,8 @@ def test_gymnasium_records_an_environment_as_it_is(ffmpeg, tmp_path):
     import stickslip  # noqa: F401
 
     env = gymnasium.make("stickslip/Biped-v0", render_mode="rgb_array")
-    env = gymnasium.wrappers.RecordVideo(
-        env, str(tmp_path / "films"), episode_trigger=lambda _: True
-    )
+    folder = str(tmp_path / "films")
+    env = gymnasium.wrappers.RecordVideo(env, folder, episode_trigger=lambda _: True)
     env.reset(seed=0)
     for _ in range(3):
         env.step([0.1])

@@ -43,9 +43,8 @@ def draw(frame: UGVFrame) -> np.ndarray:
 
 def test_a_frame_is_what_the_state_says():
     frame = frames()
-    centre, contact, hinge = (
-        of[1] for of in (frame.wheels("centre"), frame.wheels("point"), frame.hinges)
-    )
+    rows = frame.wheels("centre"), frame.wheels("point"), frame.hinges
+    centre, contact, hinge = (of[1] for of in rows)
     far = np.hypot(*(centre - contact).T), np.hypot(*(hinge - centre).T)
     np.testing.assert_allclose(far[0], UGVParams().wheel_radius, rtol=1e-5)
     np.testing.assert_allclose(far[1], 0.35, rtol=1e-5)
@@ -69,12 +68,7 @@ def test_a_picture_holds_vehicle_ground_and_forces():
 def test_slip_is_shown_in_another_colour():
     frame = frames()
     holds = draw(frame)
-    slips = draw(
-        replace(
-            frame,
-            status=np.full(3, Status.WHEEL_SLIP),
-            at=frame.at._replace(grip=np.full(3, -1.0)),
-        )
-    )
+    status, at = np.full(3, Status.WHEEL_SLIP), frame.at._replace(grip=np.full(3, -1.0))
+    slips = draw(replace(frame, status=status, at=at))
     assert pixels(slips, theme.SLIDES) > pixels(holds, theme.SLIDES) + 1000
     assert pixels(slips, theme.HOLDS) < pixels(holds, theme.HOLDS)

@@ -70,10 +70,8 @@ def test_the_interval_of_a_score_is_of_what_the_same_episodes_differ_by():
 
 def test_some_of_a_task_s_own_episodes_are_compared_with_the_same_ones():
     zero, one = (0.0, 10.0, 20.0, 30.0), (10.0, 20.0, 30.0, 50.0)
-    rows = [
-        Earned(name, np.mean(of), None, None, 0.0, of)
-        for name, of in zip("zo", (zero, one), strict=True)
-    ]
+    both = (("z", zero), ("o", one))
+    rows = [Earned(name, np.mean(of), None, None, 0.0, of) for name, of in both]
     found = Known(4, rows[0], (), (), rows[1], "", None)
     assert found.score([5.0, 15.0], (0, 1)) == (0.5, 0.5, 0.5)
     assert found.gap([5.0, 40.0], (0, 3)).value == pytest.approx(7.5)

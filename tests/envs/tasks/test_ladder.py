@@ -82,10 +82,8 @@ def test_there_are_a_dozen_tasks_of_both_machines_with_ids_of_their_names():
         assert name == f"{task.stem}-v{task.version}"
         assert task_by_name(task.id) is task_by_name(name) is task
         assert gymnasium.spec(task.id).kwargs == {"task": name}
-        assert json.loads(json.dumps([task.parameters, task.choices])) == [
-            task.parameters,
-            task.choices,
-        ]
+        plain = [task.parameters, task.choices]
+        assert json.loads(json.dumps(plain)) == plain
 
 
 def test_a_task_is_solved_from_a_score_of_0_9():
@@ -117,10 +115,6 @@ def test_a_withdrawn_version_is_refused_with_the_reason_and_the_latest(monkeypat
     for name in ("BipedSteady-v99", "stickslip/BipedSteady-v99"):
         with pytest.raises(ValueError, match=r"withdrawn: it walked .*; accepted: BipedSteady-v"):
             task_by_name(name)
+    saved = {"named_task": {"name": "BipedSteady-v99", "digest": "0"}}
     with pytest.raises(RefusedError, match=r"saved by stickslip 1.0; .*withdrawn: it walked"):
-        named_task_of(
-            {
-                "named_task": {"name": "BipedSteady-v99", "digest": "0"},
-                "versions": {"stickslip": "1.0"},
-            }
-        )
+        named_task_of(saved | {"versions": {"stickslip": "1.0"}})

@@ -14,9 +14,8 @@ from stickslip.optim import solve
 from stickslip.optim.posture.bounds.branch import bound_every_drive
 from tests.envs.ugv.helpers import QUICK, actions, drive, path_of
 
-GROUND = replace(
-    Track.bump(centre=2.5, end=3.5), surface=Surface.patches([1.7, 2.3, 2.9], [1, 0.4, 0.8, 0.5])
-)
+PATCHES = Surface.patches([1.7, 2.3, 2.9], [1, 0.4, 0.8, 0.5])
+GROUND = replace(Track.bump(centre=2.5, end=3.5), surface=PATCHES)
 ENV = UGVEnv("grip", 4, QUICK, "disabled", see_friction=True)
 
 
