@@ -7,7 +7,8 @@ import pytest
 
 from stickslip.dynamics.kernels.grouping import AS_ONE_KERNEL
 from stickslip.dynamics.ugv import Track, UGVParams, balance, equilibrium, place
-from stickslip.dynamics.ugv.statics import _equilibrium
+from stickslip.dynamics.ugv.poses import poses_at
+from stickslip.dynamics.ugv.statics import _held
 from stickslip.dynamics.ugv.wheel import NEWTON
 from tests.dynamics.ugv.helpers import drawn
 from tests.trees import assert_same
@@ -32,7 +33,7 @@ def found(poses):
 
 def test_the_compiled_program_is_one_kernel(poses):
     track, x, angles, friction = poses
-    lowered = _equilibrium.lower(NEWTON, UGVParams(), track, x, angles, friction)
+    lowered = poses_at.lower(_held, (NEWTON,), UGVParams(), track, x, angles, friction)
     assert f'{MARK}="true"' in lowered.compile().as_text()
 
 
