@@ -142,7 +142,8 @@ def _one_step(program: _Program, shared: tuple[Any, Any], progress: Progress, _:
     """One environment's step, and its rows. shared: params and policy_params."""
     params, policy_params = shared
     draws = jax.random.split(jax.random.wrap_key_data(progress.keys), 3)
-    action = program.env.check_action(program.policy(policy_params, progress.obs, draws[1]))
+    action = jnp.asarray(program.policy(policy_params, progress.obs, draws[1]))
+    action = program.env.check_action(action)
     obs, state, reward, terminated, truncated, info = pure_step(
         program.env, draws[2], progress.state, action, params
     )
