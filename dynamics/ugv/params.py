@@ -140,7 +140,7 @@ class UGVParams:
 
     def _check_together(self):
         if np.any(np.asarray(self.weight) <= 0):
-            raise ValueError("wheel_mass, body_mass and leg_mass are 0; accepted: at least one > 0")
+            raise ValueError("wheel_mass, body_mass and leg_mass are all 0; accepted: one > 0")
         low, high = np.asarray(self.leg_angle_min), np.asarray(self.leg_angle_max)
         if np.any(low > high) or np.any(high > np.pi):
             raise ValueError(
