@@ -171,8 +171,12 @@ def scene_of(scene: Any) -> Scene:
 PAYLOAD: dict[str, Any] = {"low": 0.0, "accepted": "a finite mass >= 0 [kg]"}
 EDGES = "at least one floor position, all finite and strictly increasing [m]"
 FRICTION: dict[str, Any] = {"low": 0.0, "accepted": "finite, 0 <= mu_kinetic <= mu_static"}
-RULES: dict[str, dict[str, Any]] = {"payload": PAYLOAD, "edges": {"accepted": EDGES}}
-RULES |= {"mu_static": FRICTION, "mu_kinetic": FRICTION}
+RULES: dict[str, dict[str, Any]] = {
+    "payload": PAYLOAD,
+    "edges": {"accepted": EDGES},
+    "mu_static": FRICTION,
+    "mu_kinetic": FRICTION,
+}
 """Accepted range of each number of a scene."""
 
 

@@ -92,8 +92,9 @@ def collect(
     key = seed
     if isinstance(seed, int | np.integer):
         key = jax.random.key(checks.require_integer("seed", seed, low=0, high=2**32 - 1))
-    accepted = "an integer from 0 to 2**32 - 1, or a key of jax.random"
-    checks.require_kind("seed", key, jax.Array, accepted)
+    checks.require_kind(
+        "seed", key, jax.Array, "an integer from 0 to 2**32 - 1, or a key of jax.random"
+    )
     if progress is not None:
         checks.require_kind("progress", progress, Progress, "that of an earlier call's result")
         if len(progress.obs) != num_envs:
@@ -142,8 +143,7 @@ def _one_step(program: _Program, shared: tuple[Any, Any], progress: Progress, _:
     """One environment's step, and its rows. shared: params and policy_params."""
     params, policy_params = shared
     draws = jax.random.split(jax.random.wrap_key_data(progress.keys), 3)
-    action = jnp.asarray(program.policy(policy_params, progress.obs, draws[1]))
-    action = program.env.check_action(action)
+    action = program.policy(policy_params, progress.obs, draws[1])
     obs, state, reward, terminated, truncated, info = pure_step(
         program.env, draws[2], progress.state, action, params
     )
@@ -195,6 +195,14 @@ def _bytes_of_a_step(program: _Program, structure: Any, shapes: tuple[Any, ...])
     params, policy_params = jax.tree.unflatten(structure, leaves)
     data = jax.eval_shape(lambda: jax.random.key_data(jax.random.key(0)))
     obs, state, results = abstract_step(program.env, params)
+    key = jax.eval_shape(jax.random.wrap_key_data, data)
+    action = jax.eval_shape(program.policy, policy_params, obs, key)
+    size = (len(program.env.action_names),)
+    if getattr(action, "shape", None) != size:
+        raise ValueError(
+            f"the policy's action has shape {getattr(action, 'shape', type(action).__name__)}; "
+            f"accepted: {size}, for {', '.join(program.env.action_names)}"
+        )
     checks.require_known(program.keep, ("obs", "action", "next_obs", *results[5]), "name to keep")
     now = Progress(state, obs, data)
     rows = jax.eval_shape(partial(_one_step, program), (params, policy_params), now)[1]

@@ -68,11 +68,15 @@ def ground_force(
 
 
 def motor_torque(
-    model: BipedModel | BipedParams, inertia: Coefficients, rate: Scalar, alpha: Scalar, a1: Scalar
+    model: BipedModel | BipedParams,
+    inertia: Coefficients,
+    crank_rate: Scalar,
+    alpha: Scalar,
+    a1: Scalar,
 ) -> Scalar:
-    """Torque that a motion needs (MODEL 1.4); rate: of the crank."""
+    """Torque that a motion needs (MODEL 1.4)."""
     accelerating = inertia.M * alpha + inertia.P_crank * a1
-    return accelerating + inertia.dM * rate**2 / 2 + model.gravity * inertia.Y_crank
+    return accelerating + inertia.dM * crank_rate**2 / 2 + model.gravity * inertia.Y_crank
 
 
 def sticking(model: BipedModel, inertia: Coefficients, square: Scalar, torque: Scalar) -> Motion:

@@ -21,8 +21,13 @@ if TYPE_CHECKING:
     Robot = Any
     """BipedParams, which imports this file."""
 
-BARS = {"crank_length": "m", "bar_density": "kg/m", "hip_mass": "kg", "foot_mass": "kg"}
-BARS |= {"foot_inertia": "kg m^2"}
+BARS = {
+    "crank_length": "m",
+    "bar_density": "kg/m",
+    "hip_mass": "kg",
+    "foot_mass": "kg",
+    "foot_inertia": "kg m^2",
+}
 """Arguments of `from_bars` that are no lengths in crank lengths, and their units."""
 CRANKS = (*(name for name in LENGTHS if name != "crank"), "hip_span")
 """Its arguments in crank lengths."""
@@ -68,8 +73,10 @@ ROBOT = MachineFile("biped", "robot", _units(), _names(), {"bars.crank_length": 
 """What the file of a robot may have."""
 
 
-def read_robot(of: type[Robot], path: str | Path | None, changes: Mapping[str, Any]) -> OwnMachine:
-    """See `BipedParams.with_motor`; of: BipedParams.
+def read_robot(
+    kind: type[Robot], path: str | Path | None, changes: Mapping[str, Any]
+) -> OwnMachine:
+    """See `BipedParams.with_motor`; kind: BipedParams.
 
     Lengths that a file gives itself would hide a change of the bars, so there the bars are changed
     afterwards, as in `BipedParams.changed`.
@@ -80,7 +87,7 @@ def read_robot(of: type[Robot], path: str | Path | None, changes: Mapping[str, A
     later = later if table_of(given, "lengths") else []
     found = ROBOT.read(path, {name: changes[name] for name in changes if name not in later})
     with in_file(path):
-        robot = of.from_bars(**_arguments(found))
+        robot = kind.from_bars(**_arguments(found))
         own = {name: one for name, one in found.items() if name.startswith(("lengths.", "links."))}
         robot = _with_fields(robot, own) if own else robot
         for name in later:

@@ -115,10 +115,12 @@ def simulate_inverse(
     return _walk(*drive, params, scene, state, duration, dt, fidelity, integrator)
 
 
-def _walk(kind, power, values, params, scene, state, duration, dt, fidelity, rule) -> Trajectory:
+def _walk(
+    kind, max_power, values, params, scene, state, duration, dt, fidelity, integrator
+) -> Trajectory:
     """`simulate` of either kind of drive: all is checked, then compiled."""
     given_dt, dt = dt, pytrees.require_one("dt", dt, low=0.0, strict=True, accepted=TIME_STEP)
-    spec = settings.integrator_of(rule)
+    spec = settings.integrator_of(integrator)
     settings.require_fidelity(fidelity)
     accepted = "a finite time > 0 [s]"
     duration = pytrees.require_one("duration", duration, low=0.0, strict=True, accepted=accepted)
@@ -133,7 +135,7 @@ def _walk(kind, power, values, params, scene, state, duration, dt, fidelity, rul
     policy, held = values, None
     if not callable(values):
         policy, held = None, _held(kind._fields[0], values, count)
-    given = params, scene, state, held, duration / count, power
+    given = params, scene, state, held, duration / count, max_power
     return _simulate(spec, fidelity, policy, kind, count, *given)
 
 

@@ -279,8 +279,13 @@ def penalty_for(unit: str, vehicle: UGVParams, friction: pytrees.Numeric, length
     energy = (1 + friction) * W * length / efficiency
     if (loss := vehicle.holding_loss) is not None:
         energy += loss * ((1 + friction) * W * (vehicle.leg_length + r)) ** 2 * length
-    bounds = {"J": energy, "N m": W * r, "N^2 m": (W * r) ** 2 * length}
-    bounds |= {"N": (1 + friction) * W, "-": 1 + friction}
+    bounds = {
+        "J": energy,
+        "N m": W * r,
+        "N^2 m": (W * r) ** 2 * length,
+        "N": (1 + friction) * W,
+        "-": 1 + friction,
+    }
     if unit not in bounds:
         raise ValueError(
             f"failure_penalty = None with a criterion whose unit is {unit!r}; accepted: a number "

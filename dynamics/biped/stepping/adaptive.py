@@ -123,7 +123,15 @@ def is_noise(system: System, walk: Walk, begun: Beginning, samples: Samples, tak
     return ((walk.target == EventKind.SLIP) & onset) | ((walk.target == EventKind.STICK) & stop)
 
 
-def controlled(spec: EventExact, system: System, walk: Walk, begun, taken, event: Event, status):
+def controlled(
+    spec: EventExact,
+    system: System,
+    walk: Walk,
+    begun: Beginning,
+    taken: Taken,
+    event: Event,
+    status,
+):
     """Event, status and next size with the step's error looked at: one that misses the tolerance is
     repeated shorter, whatever happens in it, and may overflow."""
     step = begun.step
