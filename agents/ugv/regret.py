@@ -14,7 +14,7 @@ from gymnasium.utils import RecordConstructorArgs
 
 from stickslip.agents.evaluation.rollout import is_random
 from stickslip.agents.pictures.episodes import samples
-from stickslip.dynamics.checks import require_integer, require_kind
+from stickslip.dynamics.checks import require_integer, require_kind, require_memory
 from stickslip.dynamics.pytrees import pytree_dataclass, rebuilt
 from stickslip.dynamics.status import Status
 from stickslip.envs.adapters.gym import GymEnv
@@ -65,6 +65,7 @@ class DriveValues:
         env.check_params(params)
         require_integer("angles", angles, low=2, high=MOST_ANGLES)
         counts = horizon(params), angles
+        require_memory(f"angles = {angles}", "values of a drive", counts[0], 8 * angles**2)
         return cls(params, _backwards(env, *counts, params, state), env)
 
     def value(self, states: UGVEnvState) -> Float[Array, " n"]:

@@ -195,6 +195,7 @@ def test_choices_that_are_held_earn_less_until_they_are_the_best(dtype):
     assert long.tolist() == best.tolist()
 
 
+@pytest.mark.long
 def test_a_teacher_is_asked_about_the_states_that_the_observations_are_of():
     env, params = task_by_name("BipedStop-v0").make()
     short = params.shortened(5)

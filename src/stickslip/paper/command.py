@@ -15,7 +15,7 @@ from stickslip.dynamics.ugv import UGVParams
 from stickslip.envs.rendering.sheet import png
 from stickslip.optim.progress import say_stage
 from stickslip.paper.figure import Figure, figures_of
-from stickslip.records.files import require_makeable, require_new, write_whole
+from stickslip.records.files import require_folder, require_makeable, require_new, write_whole
 from stickslip.records.table import Column, Content, Table
 
 TEXTS = json.loads(Path(__file__).with_name("claims.json").read_text(encoding="utf-8"))
@@ -31,6 +31,7 @@ def reproduce_command(given: Mapping[str, Any]) -> Content:
     """
     figures, out, overwrite = figures_of(given["figures"]), Path(given["out"]), given["overwrite"]
     accepted = "24 to 2400 points a step"
+    require_folder(out)
     require_integer("samples", given["samples"], low=24, high=2400, accepted=accepted)
     require_new(files(out, figures), overwrite)
     require("matplotlib.figure")

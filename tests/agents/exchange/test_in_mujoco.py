@@ -107,6 +107,7 @@ def test_a_biped_that_is_thrown_over_has_toppled_and_one_that_races_has_run_away
     assert rows[-1][2]["status"] == Status.RUNAWAY
 
 
+@pytest.mark.long
 def test_the_command_evaluates_a_policy_and_refuses_a_vehicle_s(capsys):
     assert main(["evaluate", "biped-stop", "--in", "mujoco", "--episodes", "1"]) == OK
     assert "BipedStop-v0  biped-stop" in capsys.readouterr().out

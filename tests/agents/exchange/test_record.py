@@ -46,6 +46,7 @@ def test_a_recording_is_what_the_environment_plays_from_the_same_seeds():
     assert not np.array_equal(episodes[2].actions[:9], episodes[3].actions[:9])
 
 
+@pytest.mark.long
 def test_without_noise_returns_and_normalised_scores_are_those_of_evaluate():
     table = record(TASK, LEVEL, NAME, episodes=2, seed=0, infos=numbered)
     row = evaluate_task(TASK, LEVEL, episodes=2).row(TASK, "level")

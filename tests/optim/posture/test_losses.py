@@ -106,9 +106,8 @@ def test_gradients_of_a_vehicle_with_losses_are_those_of_differences(given):
     np.testing.assert_allclose(problem.jacobian(x) @ way, margins, atol=1e-6)
 
 
-@pytest.mark.parametrize(
-    "name", ["total_energy", *(pytest.param(name, marks=pytest.mark.long) for name in CRITERIA)]
-)
+@pytest.mark.long
+@pytest.mark.parametrize("name", CRITERIA)
 def test_no_drive_of_a_vehicle_with_losses_is_below_the_bound(name):
     problem = replace(over(name, "short"), params=SHORT.replace(**LOSSES))
     value, short = problem.sample(drives(problem, 2048))

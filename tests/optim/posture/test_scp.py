@@ -28,7 +28,9 @@ def test_slopes_are_those_of_the_terms_and_terms_give_the_objective(criterion):
         np.testing.assert_allclose(along, rows[groups[name]] @ way, atol=1e-10)
 
 
-@pytest.mark.parametrize("criterion", ["grip", "wheel_energy"])
+@pytest.mark.parametrize(
+    "criterion", [pytest.param("grip", marks=pytest.mark.long), "wheel_energy"]
+)
 def test_it_leaves_the_grid_for_something_at_least_as_good(criterion):
     problem = over_bump(criterion)
     grid = solve(problem, "dp", polish=False, angles=9)
