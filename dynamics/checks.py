@@ -56,8 +56,10 @@ def require_known(names: Iterable[str], known: Iterable[str], what: str = "field
     known = tuple(known)
     for name in names:
         if name not in known:
-            every = ", ".join(known) or "none"
-            raise ValueError(f"{shown(name)} is no {what}; accepted: {every}{nearest(name, known)}")
+            raise ValueError(
+                f"{shown(name)} is no {what}; accepted: {', '.join(known) or 'none'}"
+                f"{nearest(name, known)}"
+            )
 
 
 def require_kind(name: str, value: Any, kinds: type | tuple[type, ...], accepted: str) -> None:
@@ -207,8 +209,10 @@ def as_real(name: str, value: Any, accepted: str) -> np.ndarray:
         raise ValueError(f"{name} is a masked array; accepted: {accepted}")
     try:
         array = np.asarray(value)
-    except Exception as why:  # whatever an object's own conversion raises
-        raise ValueError(f"{name} = {shown(value)} is not a number; accepted: {accepted}") from why
+    except Exception as error:  # whatever an object's own conversion raises
+        raise ValueError(
+            f"{name} = {shown(value)} is not a number; accepted: {accepted}"
+        ) from error
     if not (np.issubdtype(array.dtype, np.integer) or jnp.issubdtype(array.dtype, jnp.floating)):
         raise ValueError(f"{name} = {shown(value)} is not a number; accepted: {accepted}")
     if array.size == 0:

@@ -185,10 +185,12 @@ def _check_patches(floor: Patches) -> None:
     edges, mu_static, mu_kinetic = map(np.shape, (floor.edges, floor.mu_static, floor.mu_kinetic))
     if len(edges) == 0 or edges[-1] == 0:
         raise ValueError(f"edges has shape {edges}; accepted: at least one floor position [m]")
-    count = edges[-1] + 1
     for name, shape in (("mu_static", mu_static), ("mu_kinetic", mu_kinetic)):
-        if shape[-1:] != (count,):
-            raise ValueError(f"{name} has shape {shape}; accepted: {count}, one more than edges")
+        if len(shape) == 0 or shape[-1] != edges[-1] + 1:
+            raise ValueError(
+                f"{name} has shape {shape}; accepted: one more entry than edges, "
+                f"here {edges[-1] + 1}"
+            )
     require_broadcast(mu_static=floor.mu_static, mu_kinetic=floor.mu_kinetic)
     if checks.is_concrete(floor.edges) and np.any(np.diff(np.asarray(floor.edges, float)) <= 0):
         given = checks.shown(np.asarray(floor.edges).tolist())

@@ -11,7 +11,7 @@ from types import ModuleType
 from typing import TYPE_CHECKING, Any, TypeAlias
 
 from stickslip import envs
-from stickslip.envs.tasks.definition import TASKS, task_by_name
+from stickslip.envs.tasks.definition import ENVIRONMENTS, TASKS, task_by_name
 from stickslip.envs.tasks.known import threshold
 
 if TYPE_CHECKING:
@@ -102,7 +102,9 @@ def register() -> None:
     """
     import gymnasium
 
-    general: dict[str, Options] = {id_: {"kwargs": {"environment": of}} for of, id_ in IDS.items()}
+    general: dict[str, Options] = {
+        IDS[name]: {"kwargs": {"environment": name}} for name in ENVIRONMENTS
+    }
     tasks: dict[str, Options] = {
         task.id: {
             "reward_threshold": threshold(task),
@@ -111,10 +113,14 @@ def register() -> None:
         }
         for task in TASKS.values()
     }
-    at: Options = {"entry_point": f"{__name__}:make", "vector_entry_point": f"{__name__}:make_vec"}
     for name, about in (general | tasks).items():
         if name not in gymnasium.registry:
-            gymnasium.register(name, **at, **about)
+            gymnasium.register(
+                name,
+                entry_point=f"{__name__}:make",
+                vector_entry_point=f"{__name__}:make_vec",
+                **about,
+            )
 
 
 class _Watch:

@@ -61,9 +61,10 @@ class FunctionProblem(Problem[Result]):
             array = as_floats(name, getattr(self, name), "finite numbers")
             settle(self, **{name: read_only(array)})
         settle(self, data=jax.tree.map(_kept, self.data))
-        low, high = self.bounds
-        if low.ndim != 1 or low.shape != high.shape or np.any(low > high):
-            raise ValueError(f"low {low.shape}, high {high.shape}; accepted: [n], low <= high")
+        if self.low.ndim != 1 or self.low.shape != self.high.shape or np.any(self.low > self.high):
+            raise ValueError(
+                f"low {self.low.shape}, high {self.high.shape}; accepted: [n], low <= high"
+            )
         require_kind("function", self.function, Callable, ACCEPTED)  # pyright: ignore[reportArgumentType]
         require_integer("draw", self.draw, low=0, high=2**32 - 1)
         values = self.sizes[0]
@@ -181,8 +182,10 @@ def _computed(function: Function, data: PyTree, x: Array, draw: Array) -> tuple[
     except (TypeError, ValueError) as error:
         raise ValueError(f"function returned {shown(found)}; accepted: {ACCEPTED}") from error
     if values.ndim > 1 or margins.ndim > 1 or values.size == 0:
-        shapes = f"values {values.shape}, margins {margins.shape}"
-        raise ValueError(f"function returned {shapes}; accepted: {ACCEPTED}")
+        raise ValueError(
+            f"function returned values {values.shape}, margins {margins.shape}; accepted: "
+            f"{ACCEPTED}"
+        )
     return values, margins
 
 
@@ -195,9 +198,11 @@ def _at_all(function: Function, data: PyTree, X: Array, draws: Array) -> tuple[A
 
 
 @partial(jax.jit, static_argnums=(0, 1, 2))
-def _slope(of: Function, goal: int, forward: bool, data: PyTree, x: Array, draw: Array) -> Array:
+def _slope(
+    function: Function, goal: int, forward: bool, data: PyTree, x: Array, draw: Array
+) -> Array:
     slope = jax.jacfwd if forward else jax.grad
-    return slope(lambda x: _computed(of, data, x, draw)[0][goal])(x)
+    return slope(lambda x: _computed(function, data, x, draw)[0][goal])(x)
 
 
 @partial(jax.jit, static_argnums=0)

@@ -167,8 +167,8 @@ class _Training:
         return passed
 
     def _check_point(self, evaluated: bool) -> None:
-        """Evaluate the policy and write a checkpoint, the evaluation's row first. Not evaluated:
-        where a run is stopped, as the best would depend on where that was."""
+        """Write a checkpoint, after the evaluation's row. A stop between two evaluations adds none:
+        the best policy would depend on where the run was stopped."""
         at = self.trainer.timesteps
         if not self.trainer.is_finite():
             raise ValueError(

@@ -126,10 +126,11 @@ class BipedParams:
         robot made in float32 keeps its 7 digits in a float64 walk. ValueError: see `validate`.
         """
         numbers = {name: one for name, one in locals().items() if name not in NO_NUMBERS}
-        pair = "a pair of finite numbers"
-        checks.require_kind("hip_centre", hip_centre, (tuple, list), pair)
+        checks.require_kind("hip_centre", hip_centre, (tuple, list), "a pair of finite numbers")
         if len(hip_centre) != 2 or any(isinstance(part, list | tuple) for part in hip_centre):
-            raise ValueError(f"hip_centre = {checks.shown(hip_centre)}; accepted: {pair}")
+            raise ValueError(
+                f"hip_centre = {checks.shown(hip_centre)}; accepted: a pair of finite numbers"
+            )
         numbers |= dict(zip(HIP_CENTRE, hip_centre, strict=True))
         kind = _checked(numbers, dtype)
         xp = np if checks.is_concrete(numbers) else jnp
@@ -233,7 +234,9 @@ class BipedParams:
         for name, tail in (("mass", (13,)), ("inertia", (13,)), ("centre", (13, 2))):
             shape = np.shape(getattr(self, name))
             if shape[max(len(shape) - len(tail), 0) :] != tail:
-                raise ValueError(f"{name} has shape {shape}; accepted: {tail}, in LINKS' order")
+                raise ValueError(
+                    f"{name} has shape {shape}; accepted: {tail}, links in LINKS' order"
+                )
         for name in POSITIVE:
             checks.require_number(
                 name, getattr(self, name), low=0.0, strict=True, accepted="a finite number > 0"
@@ -298,4 +301,6 @@ def _join(xp: ModuleType, foot: Either, bars: Either, hip: Either) -> Either:
     """Foot, the eleven bars and hip along the last axis, batch axes broadcast."""
     batch = np.broadcast_shapes(foot.shape, bars.shape[:-1], hip.shape)
     parts = [foot[..., None], bars, hip[..., None]]
-    return xp.concatenate([xp.broadcast_to(of, (*batch, of.shape[-1])) for of in parts], axis=-1)
+    return xp.concatenate(
+        [xp.broadcast_to(part, (*batch, part.shape[-1])) for part in parts], axis=-1
+    )

@@ -225,7 +225,8 @@ def _while_resting(
     inertia, zero = model.inertia.at(theta), jnp.zeros_like(theta)
     energy = inertia.M * rate**2
     start = _Node(inertia, model.inertia.moment_at(theta), zero, zero)
-    now = _safe(*_at_node(model, start, energy, mu, margin))
+    first = _at_node(model, start, energy, mu, margin)
+    now = _safe(*first)
     low, high = reduce(both, now, motor)
     ends = (sticking(model, inertia, rate**2, one).crank_acceleration for one in (low, high))
     slowest, fastest = (duration**2 * one / 2 for one in ends)  # what brakes now may not go on so
@@ -249,8 +250,7 @@ def _while_resting(
             safe = Safe(*map(both, safe, _safe(*between)))
         return Safe(*map(both, safe, _safe(*here))), node, (here, before)
 
-    begin = (_at_node(model, start, energy, mu, margin),) * 2
-    return jax.lax.fori_loop(0, 3 * (INTERVALS + 1), visit, (now, start, begin))[0]
+    return jax.lax.fori_loop(0, 3 * (INTERVALS + 1), visit, (now, start, (first, first)))[0]
 
 
 def _parts(theta: Scalar, backwards: Scalar, forwards: Scalar) -> Parts:

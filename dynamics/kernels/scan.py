@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from functools import partial
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import TYPE_CHECKING, TypeVar
 
 import jax
 import jax.numpy as jnp
@@ -26,7 +26,12 @@ Row = TypeVar("Row")
 
 
 def fused_scan(
-    step: Callable[..., tuple[Carry, Row]], fixed: Fixed, shared: Any, carry: Carry, *, length: int
+    step: Callable[..., tuple[Carry, Row]],
+    fixed: Fixed,
+    shared: object,
+    carry: Carry,
+    *,
+    length: int,
 ) -> tuple[Carry, Row]:
     """Scan step(*fixed, shared, carry, None) -> (carry, row) in one kernel: the last carry
     and the rows, every leaf [length, ...].
@@ -45,7 +50,9 @@ def fused_scan(
 
 
 def _steps_of_a_kernel(length: int) -> int:
-    even = (n for n in range(min(length, MOST_STEPS), LEAST_STEPS - 1, -1) if length % n == 0)
+    even = (
+        size for size in range(min(length, MOST_STEPS), LEAST_STEPS - 1, -1) if length % size == 0
+    )
     return next(even, -(-length // -(-length // MOST_STEPS)))
 
 

@@ -140,7 +140,9 @@ class UGVParams:
 
     def _check_together(self):
         if np.any(np.asarray(self.weight) <= 0):
-            raise ValueError("wheel_mass, body_mass and leg_mass are all 0; accepted: one > 0")
+            raise ValueError(
+                "wheel_mass, body_mass and leg_mass are all 0; accepted: at least one > 0"
+            )
         low, high = np.asarray(self.leg_angle_min), np.asarray(self.leg_angle_max)
         if np.any(low > high) or np.any(high > np.pi):
             raise ValueError(
@@ -157,8 +159,10 @@ class UGVParams:
     def check_leg_angles(self, leg_angles: Any, name: str = "leg_angles") -> None:
         """Raise ValueError unless `leg_angles` [..., 2] lie in the range; traced ones pass."""
         checks.require_number(name, leg_angles, accepted="finite angles [..., 2] [rad]")
-        if (shape := np.shape(leg_angles))[-1:] != (2,):
-            raise ValueError(f"{name} has shape {shape}; accepted: [..., 2], rear and front")
+        if np.shape(leg_angles)[-1:] != (2,):
+            raise ValueError(
+                f"{name} has shape {np.shape(leg_angles)}; accepted: [..., 2], rear and front"
+            )
         if not checks.is_concrete(leg_angles, self):
             return
         values = np.asarray(leg_angles, dtype=float)

@@ -113,8 +113,11 @@ class GymVectorEnv(Compiled, VectorEnv[np.ndarray, np.ndarray, np.ndarray]):
         self.single_observation_space, self.single_action_space = self._spaces()
         self.observation_space = batch_space(self.single_observation_space, self.num_envs)
         self.action_space = batch_space(self.single_action_space, self.num_envs)
-        self.metadata = {"render_modes": [RENDER_MODE], "render_fps": self._frame_rate()}
-        self.metadata |= {"autoreset_mode": autoreset_mode}
+        self.metadata = {
+            "render_modes": [RENDER_MODE],
+            "render_fps": self._frame_rate(),
+            "autoreset_mode": self.autoreset_mode,
+        }
         self._seeded = False
         self._obs: np.ndarray | None = None
 

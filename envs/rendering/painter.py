@@ -69,7 +69,9 @@ class Painter:
         style.set_joinstyle("round")
         if dashes is not None:
             style.set_dashes(0, dashes)
-        self._agg.draw_path(style, path, self._transform, fill and self._rgba(fill))
+        self._agg.draw_path(
+            style, path, self._transform, None if fill is None else self._rgba(fill)
+        )
 
     def area(
         self, outline: ArrayLike, fill: Colour, edge: Colour = "none", width: float = 0.0

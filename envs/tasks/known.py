@@ -53,7 +53,9 @@ class Scale:
 
     def __post_init__(self):
         if not self.zero < self.one:
-            raise ValueError(f"zero = {self.zero}, one = {self.one}; accepted: finite, zero < one")
+            raise ValueError(
+                f"zero = {self.zero}, one = {self.one}; accepted: finite returns, zero < one"
+            )
 
     def score(self, earned: Any) -> Any:
         """(earned - zero) / (one - zero), of numbers or arrays; above 1: more than was known."""

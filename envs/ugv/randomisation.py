@@ -86,8 +86,10 @@ class RandomTrack:
         require_range("patch_length", self.patch_length, RAMP, strict=True)
         checks.require_both(grip=self.grip, patch_length=self.patch_length)
         for name in ("waves", "pieces", "cells", "patches"):
-            n = checks.require_integer(name, getattr(self, name))
-            checks.require_memory(f"{name} = {checks.shown(n)}", f"{name} of a ground", n, BYTES)
+            value = checks.require_integer(name, getattr(self, name))
+            checks.require_memory(
+                f"{name} = {checks.shown(value)}", f"{name} of a ground", value, BYTES
+            )
         given = f"pieces = {self.pieces}, waves = {self.waves}"
         checks.require_memory(given, "waves at knots", self.pieces * self.waves, 64)
         return self
@@ -180,7 +182,9 @@ def covering(odometer: Odometer, start: Numeric, end: Numeric) -> Odometer:
         if np.all((first <= start + slack) & (end <= last + slack)) or not np.all(start < end):
             return odometer
     if any(np.ndim(given) for given in (odometer.start, start, end)):
-        raise ValueError("start, end: beyond a batch's odometers; accepted: params made in vmap")
+        raise ValueError(
+            "start, end: beyond the odometers of a batch; accepted: parameters made within vmap"
+        )
     return odometer_over(odometer.track, start, end, jnp.result_type(odometer.start))
 
 

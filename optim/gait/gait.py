@@ -43,7 +43,12 @@ LOOKS, CLOSER_LOOKS = 33, 17
 """Places of a cell where a largest value is looked for, and around the best of them."""
 PIECES = 64
 """Pieces of a cell for integrals over the crank angle of functions with kinks (Simpson's rule)."""
-TERMS_OF = {"time": (TIME,), "torque": (TORQUE,), "work": (WORK,), "energy": (WORK, TORQUE)}
+TERMS_OF: dict[str, tuple[str, ...]] = {
+    "time": (TIME,),
+    "torque": (TORQUE,),
+    "work": (WORK,),
+    "energy": (WORK, TORQUE),
+}
 """Terms that a name adds up, the copper loss with the last one of "energy"."""
 UNITS = {"time": "s", "torque": "(N m)^2 s", "work": "J", "energy": "J", FRICTION: "-"}
 
@@ -100,9 +105,11 @@ def goal_of(
     return Goal(words, "weighted", weights)
 
 
-def _weights(given: Mapping[str, float], copper_loss: float, efficiency: float) -> dict[str, float]:
+def _weights(
+    objective: Mapping[str, float], copper_loss: float, efficiency: float
+) -> dict[str, float]:
     found: dict[str, float] = {}
-    for name, weight in given.items():
+    for name, weight in objective.items():
         for term in TERMS_OF[name]:
             loss = {TORQUE: copper_loss, WORK: 1 / efficiency}[term] if name == "energy" else 1.0
             found[term] = found.get(term, 0.0) + weight * loss
@@ -378,7 +385,9 @@ class GaitResult(Result):
         """`held`, or the grid's own gait where there is none. ValueError without any."""
         found = self.gait if self.held is None else self.held
         if found is None:
-            raise ValueError(f"the result has no gait ({self.message}); accepted: one with a gait")
+            raise ValueError(
+                f"the result holds no gait ({self.message}); accepted: one with a gait"
+            )
         return found
 
     theta = _of_best("theta")

@@ -78,10 +78,12 @@ def crank_rate(mass: Scalar, inertia: ReducedInertia, w: Scalar) -> Scalar:
     return mass * jnp.sqrt(jnp.maximum(w, 0.0)) / inertia.P
 
 
-def crank_motion(mass: Scalar, at: ReducedInertia, w: Scalar, r: Scalar) -> tuple[Scalar, Scalar]:
+def crank_motion(
+    mass: Scalar, inertia: ReducedInertia, w: Scalar, r: Scalar
+) -> tuple[Scalar, Scalar]:
     """Crank rate and acceleration of a centre of mass with w and r."""
-    rate = crank_rate(mass, at, w)
-    return rate, (mass * r - at.dP * rate**2) / at.P
+    rate = crank_rate(mass, inertia, w)
+    return rate, (mass * r - inertia.dP * rate**2) / inertia.P
 
 
 def over_piece(

@@ -203,7 +203,9 @@ def instance(name: str, seed: int | None = None) -> Instance:
         name, seed = found[1], int(found[2])
     if name not in _all():
         near = nearest(name, _all())
-        raise ValueError(f"id = {shown(name)} is unknown{near}; accepted: ids of suite(), NAME-s7")
+        raise ValueError(
+            f"id = {shown(name)} is unknown{near}; accepted: ids of `suite()`, NAME-s7"
+        )
     if seed is None:
         return _all()[name]
     return _seeded(name, require_integer("seed", seed, low=1, high=MOST_SEED))
@@ -262,7 +264,9 @@ def parts_of(value: object) -> list[bytes]:
                 found += [one.name.encode(), *parts_of(given)]
         return found
     if isinstance(value, dict):
-        return [one for key in sorted(value) for one in (str(key).encode(), *parts_of(value[key]))]
+        return [
+            part for key in sorted(value) for part in (str(key).encode(), *parts_of(value[key]))
+        ]
     if isinstance(value, tuple | list):
         return [part for one in value for part in parts_of(one)]
     if isinstance(value, bool | str | None.__class__ | frozenset):

@@ -54,7 +54,9 @@ LIMITS = {"lat": 90.0, "lon": 360.0, "ele": math.inf}
 """Greatest size of a track point's numbers [deg, m]."""
 STEEPEST = 2.0
 """Steeper legs of a GPX track, in m a metre, are a fault of the survey: no vehicle climbs them."""
-REPEATED = " (--ground merge, or read_track's merge=0.0, sorts points, merges those at one place)"
+REPEATED = (
+    " (--ground merge, or read_track's merge=0.0, sorts points and merges those at one place)"
+)
 ACCEPTED_GPX = "a GPX track of 2 or more points that advance, each with lat, lon [deg] and ele [m]"
 
 

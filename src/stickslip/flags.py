@@ -288,7 +288,7 @@ def _add_walk(parser: Parser) -> None:
     )
     add("--rate RATE", about)
     add("--seconds", "to walk (default: 6, or the length of a file over time)", type=float)
-    about = "between two rows, for which a torque is held [s]; less where it leaves a rest"
+    about = "between two rows, for which a torque is held [s], shortened to divide --seconds"
     add("--period", about, type=float, default=0.02)
     add("--crank-rate", "at the start [rad/s] (default: 0)", type=float)
     about = f"a floor: {', '.join(SCENES)} (default: {SCENES[0]})"

@@ -86,7 +86,9 @@ def rough_waves(key: Array, roughness: Numeric, waves: int = WAVES) -> Waves:
     variance = REFERENCE_FREQUENCY**2 * (1 / edges[:-1] - 1 / edges[1:])
     amplitudes, frequencies = np.sqrt(2 * variance), np.sqrt(edges[:-1] * edges[1:])
     if not is_key(key) and (getattr(key, "dtype", None) != np.uint32 or np.shape(key) != (2,)):
-        raise ValueError(f"key = {checks.shown(key)}; accepted: a JAX key, for Track.rough a seed")
+        raise ValueError(
+            f"key = {checks.shown(key)}; accepted: a JAX key, or for Track.rough a seed"
+        )
     phases = jax.random.uniform(key, (waves,), jnp.float32, 0.0, 2 * np.pi)
     if checks.is_concrete(roughness, phases):
         level = np.asarray(roughness, np.float64)[..., None]
@@ -104,9 +106,10 @@ def rough_table(key: Array, roughness: float, start: float, end: float) -> Splin
     single precision 3e-8 m, 7e-7 and 3e-5 1/m). Past the ends the ground goes on straight: let them
     enclose the drive and the vehicle's length.
     """
-    length = end - start
-    pieces = math.ceil(length * BAND[1] * PIECES_PER_WAVE)
-    checks.require_memory(f"end - start = {length:.6g}", "pieces of a table", pieces, 64 * WAVES)
+    pieces = math.ceil((end - start) * BAND[1] * PIECES_PER_WAVE)
+    checks.require_memory(
+        f"end - start = {end - start:.6g}", "pieces of a table", pieces, 64 * WAVES
+    )
     drawn = rough_waves(key, roughness)
     ends: list[Any] = [start, end]
     if not checks.is_concrete(drawn):

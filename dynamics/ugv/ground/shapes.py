@@ -306,8 +306,9 @@ def require_function(function: Any, points: np.ndarray) -> None:
             raise TypeError(f"its value has shape {shape}")
     except Exception as error:  # Python's `if`, NumPy or math on a traced number, for one
         reason = str(error).partition("\n")[0][:120]
-        fault = f"function = {shown(function)} fails: {reason}"
-        raise ValueError(f"{fault}; accepted: {accepted}") from error
+        raise ValueError(
+            f"function = {shown(function)} fails: {reason}; accepted: {accepted}"
+        ) from error
     if not is_concrete(found):
         return
     for name, values in zip(("height", "slope", "second derivative"), found, strict=True):

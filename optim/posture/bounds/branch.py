@@ -57,7 +57,9 @@ def at_least(name: str, of: StationCells, mu: Float[np.ndarray, "2"]) -> np.ndar
     return np.where(of.alive, found, np.inf)
 
 
-def carried(costs: np.ndarray, legs: tuple[Int[np.ndarray, "n m"], ...]) -> np.ndarray:
+def carried(
+    costs: np.ndarray, legs: tuple[Int[np.ndarray, "n m"], Int[np.ndarray, "n m"]]
+) -> np.ndarray:
     """Least value, for each cell of the neighbouring waypoint, of those that a move may lead to or
     from; legs: of each leg, by the cells of that waypoint and of this one, see shapes."""
     for axis, shape in enumerate(legs):
@@ -103,7 +105,9 @@ class Worst:
         bound = float(np.min(arrived[-1]))
         return bound, passed, self._worth(cells, costs, bound)
 
-    def _worth(self, cells: list[StationCells], costs: list[Any], bound: float) -> np.ndarray:
+    def _worth(
+        self, cells: list[StationCells], costs: list[np.ndarray], bound: float
+    ) -> np.ndarray:
         if self.x is None or not np.isfinite(bound):
             return np.ones(len(cells), bool)
         angles = np.asarray(self.x, float).reshape(-1, 2)

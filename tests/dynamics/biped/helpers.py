@@ -16,8 +16,13 @@ from stickslip.dynamics import Scene, biped
 FINE = biped.Table(64, 9)
 """A table as good as the exact functions in float64 (1e-13), and cheap to compile."""
 
-REST = {"phase": np.pi / 2}
-REST |= dict.fromkeys(("crank_rate", "foot_position", "foot_velocity", "time"), 0.0)
+REST = {
+    "phase": np.pi / 2,
+    "crank_rate": 0.0,
+    "foot_position": 0.0,
+    "foot_velocity": 0.0,
+    "time": 0.0,
+}
 
 PAGE = 2048
 
@@ -48,8 +53,9 @@ def state_of(dtype: str = "float64", **values: float) -> biped.BipedState:
 
 def start_of(case: dict[str, Any]) -> biped.BipedState:
     """The initial state of one of the reference file's trajectories."""
-    phase, rate, velocity = (case[name] for name in ("theta0", "omega0", "slide_velocity0"))
-    return state_of(phase=phase, crank_rate=rate, foot_velocity=velocity)
+    return state_of(
+        phase=case["theta0"], crank_rate=case["omega0"], foot_velocity=case["slide_velocity0"]
+    )
 
 
 def floor_of(case: dict[str, Any]) -> Scene:
@@ -81,8 +87,15 @@ def last_state(model, scene, state, torque, duration, count) -> biped.BipedState
 
 def outcome(state: biped.BipedState) -> jax.Array:
     """What a walk came to, as one vector."""
-    foot = jnp.asarray(state.foot_position), state.foot_velocity
-    return jnp.stack([state.crank_angle, state.crank_rate, *foot], axis=-1)
+    return jnp.stack(
+        [
+            state.crank_angle,
+            state.crank_rate,
+            jnp.asarray(state.foot_position),
+            state.foot_velocity,
+        ],
+        axis=-1,
+    )
 
 
 def exact_along(

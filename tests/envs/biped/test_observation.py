@@ -105,8 +105,11 @@ def shapes(env: BipedEnv, params: BipedEnvParams):
     return obs, state, jax.eval_shape(env.step, key, state, action, params)
 
 
-FLOORS = {"grip": Scene.grip(), "uniform": Scene.uniform(0.3)}
-FLOORS |= {"patches": Scene.patches(np.asarray([0.5]), np.asarray([0.5, 0.1]))}
+FLOORS = {
+    "grip": Scene.grip(),
+    "uniform": Scene.uniform(0.3),
+    "patches": Scene.patches(np.asarray([0.5]), np.asarray([0.5, 0.1])),
+}
 
 
 @pytest.mark.parametrize(

@@ -124,8 +124,12 @@ def test_the_users_matplotlib_settings_do_not_matter():
     import matplotlib as mpl
 
     expected = draw(STANDING)
-    changed: Any = {"lines.linewidth": 9, "font.size": 30}
-    changed |= {"text.color": "red", "font.family": "serif"}
+    changed: Any = {
+        "lines.linewidth": 9,
+        "font.size": 30,
+        "text.color": "red",
+        "font.family": "serif",
+    }
     with mpl.rc_context(changed):
         picture = draw(STANDING)
         assert mpl.rcParams["font.size"] == 30
