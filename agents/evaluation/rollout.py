@@ -267,8 +267,9 @@ def play_unseen(
 
 
 def is_random(params: Timed) -> bool:
-    """True if a reset draws anything; where nothing tells, it does."""
-    return bool(jax.tree.leaves(getattr(params, "randomisation", True)))
+    """True if a reset draws anything, noise included; where nothing tells, it does."""
+    noise = getattr(params, "preview_noise", None)
+    return bool(jax.tree.leaves((getattr(params, "randomisation", True), noise)))
 
 
 @partial(jax.jit, static_argnums=(0, 1, 2, 3))

@@ -19,7 +19,7 @@ from stickslip.envs.collecting import cores_here
 from stickslip.optim.instances.instance import instance, suite
 from stickslip.optim.problem import require_scalar
 from stickslip.optim.progress import Bar
-from stickslip.records.files import require_folder, write_whole
+from stickslip.records.files import require_folder, require_makeable, write_whole
 from stickslip.records.signals import stoppable
 from stickslip.records.table import Content
 
@@ -162,6 +162,7 @@ def report_command(flags: Mapping[str, Any]) -> Content:
     require_folder(out)
     if out.exists():
         raise ValueError(f"{out} exists; accepted: a new directory")
+    require_makeable(out)
     runs = report.read_results(*flags["source"])
     runs += report.stored_results(runs) if flags["stored"] else []
     text = report.report_text(runs)

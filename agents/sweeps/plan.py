@@ -128,11 +128,6 @@ class Case:
     steps: int
     random: bool
 
-    @cached_property
-    def program(self) -> str:
-        """Digest of all that is compiled but the player."""
-        return digest_of(self.env, self.params, sorted(self.fields.items()), self.steps)
-
     @classmethod
     def of(
         cls,
@@ -273,8 +268,8 @@ class Plan:
         axes = {name: {"values": list(one)} for name, one in self.axes.items()}
         return {
             "machine": self.machine.name,
-            "tasks": {one.task: digest_of(one.params, one.steps) for one in self.cases},
-            "policies": {one.policy: digest_of(one.player, one.env) for one in self.cases},
+            "tasks": {one.task: digest_of(one.env, one.params, one.steps) for one in self.cases},
+            "policies": [digest_of(one.player) for one in self.cases],
             "cases": [[one.task, one.policy] for one in self.cases],
             "axes": axes,
             "sets": {name: list(fields) for name, fields in self.cases[0].fields.items()},
@@ -311,7 +306,7 @@ class CellPlayer:
         values = values_at(plan.axes, np.minimum(points[0] + np.arange(count), plan.points - 1))
         fields = {field: values[name] for name in values for field in case.fields[name]}
         play = jax.jit(partial(self._play, case))
-        program = self._programs.setdefault(case.program, play)
+        program = self._programs.setdefault(case.task, play)  # whoever plays
         devices = jax.local_devices()
         with jax.default_device(devices[number % len(devices)]):
             index = (points - points[0]).astype(np.int32), seeds.astype(np.uint32)

@@ -123,7 +123,7 @@ def _blank(system: System, walk: Walk) -> Trial:
     begun, event = stages.Beginning(zero, zero, zero, no), stages.Event(none, none, zero, no, no)
     end, middle = Motion(*[zero] * 6), stages.Midpoint(*[zero] * 5)
     unread: Any = None
-    taken = stages.Taken(*walk[:4], end, unread, middle, work, unread, work)
+    taken = stages.Taken(*walk[:4], end, unread, middle, work, unread, zero)
     size = None if walk.size is None else walk.aim
     return Trial(begun, taken, event, size, ~no, no, none).kept(system)
 
@@ -140,9 +140,10 @@ def attempt(spec: RK4Split | EventExact, system: System, walk: Walk) -> Trial:
     else:
         taken = stages.classical_step(system, friction, mode, walk, inertia, step)
     end, middle = taken.end, taken.middle
-    if taken.work is not None:
-        ends = first.torque * walk.crank_rate, end.torque * taken.crank_rate
-        taken = taken._replace(taken_back=stages.taken_back(*ends, taken.work, step))
+    held = torque_held(system.drive)
+    work = taken.work if held is None else held * (taken.phase - walk.phase)
+    ends = first.torque * walk.crank_rate, end.torque * taken.crank_rate
+    taken = taken._replace(taken_back=stages.taken_back(*ends, work, step))
     samples = _sampled(friction, walk, first, taken, step)
     levers = stages.levers_of(system, samples.phase, inertia, taken.inertia)
     motions = zip(samples.crank_rate, (first, middle, end), levers, strict=True)
@@ -166,7 +167,11 @@ def _begun(
 ) -> stages.Beginning:
     """Mode and length of the trial that starts here."""
     final = walk.trials >= spec.trials - 1
-    whole, near = walk.left <= 1.001 * walk.aim, system.tiny()
+    spare: Any = 1e-3  # of a step, by which it is lengthened to the end of the call
+    if isinstance(spec, EventExact):  # onto an event it may miss by less
+        close = spec.close[str(walk.phase.dtype)]
+        spare = jnp.where(walk.target == EventKind.NONE, spare, close / 100)
+    whole, near = walk.left <= (1 + spare) * walk.aim, system.tiny()
     mode = mode_at(system, friction, walk, inertia)
     if isinstance(spec, RK4Split):
         whole = whole | final  # the last trial goes to the end of the call
@@ -218,10 +223,7 @@ def _first_event(
     rate, end = taken.crank_rate, taken.end
     last = jnp.full_like(walk.target, END)
     slope = stages.parabola_slope(margins)
-    near, nearer = (
-        (close, spec.reach),
-        (close / 10, spec.reach),
-    )  # one end a walk: another trial costs little
+    near, nearer = (close, spec.reach), (close / 10, spec.reach)  # a walk has one end
     ended = last, stages.first_crossing(margins, slope, walk.target == last, *nearer, dips=True)
     low, high = bounds(walk.phase.dtype)
     exchange = jnp.full_like(walk.target, EventKind.EXCHANGE)
@@ -310,7 +312,7 @@ def _moved(system: System, walk: Walk, trial: Trial) -> Walk:
     else:  # no constant torque: integrated along the step
         work = jnp.asarray(taken.work) + time * (end.torque * taken.crank_rate)
     work = jnp.where(step > 0, work, 0.0)
-    given = jnp.maximum(work, 0.0) + (0.0 if taken.taken_back is None else taken.taken_back)
+    given = jnp.maximum(work, 0.0) + taken.taken_back
     return walk._replace(
         phase=theta,
         crank_rate=rate,

@@ -47,7 +47,7 @@ class Taken(NamedTuple):
     errors: Float[Array, " 4"]
     """Estimated errors of theta, rate, slide and velocity, 0 where there are no estimates."""
     taken_back: Scalar | None = None
-    """What the motor gives and takes back in the step [J], where its torque is not given."""
+    """The lesser of what the motor gives and takes in the step [J]; None before it is computed."""
 
 
 class Midpoint(NamedTuple):

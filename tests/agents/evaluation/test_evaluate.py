@@ -14,10 +14,11 @@ from stickslip.agents import evaluate
 from stickslip.agents.biped.controllers import ConstantTorque
 from stickslip.agents.biped.measures import COLUMNS, MIN_DISTANCE, Episodes
 from stickslip.agents.evaluation import table as statistics
-from stickslip.agents.evaluation.rollout import episode_key, rollout
+from stickslip.agents.evaluation.rollout import episode_key, is_random, rollout
 from stickslip.agents.ugv.episodes import UGVEpisodes, ugv_columns
 from stickslip.dynamics import Scene, Status
-from stickslip.envs import BipedEnv, Randomisation
+from stickslip.dynamics.ugv import Track
+from stickslip.envs import BipedEnv, Randomisation, UGVEnv
 from tests.agents.networks import make_policy
 
 ENV = BipedEnv()
@@ -141,3 +142,8 @@ def test_every_episode_weighs_alike_and_costs_are_of_drives_that_reached_the_end
     assert of_drives["return"] == pytest.approx(5.0)
     assert of_drives["cost"] == of_drives["wheel_energy"] == pytest.approx(3.0)
     assert of_drives["failures"] == pytest.approx(1 / 3)
+
+
+def test_noise_alone_makes_episodes_differ():
+    grounds = (UGVEnv().make_params(track=Track.bump(), preview_noise=n) for n in (None, 0.05))
+    assert list(map(is_random, grounds)) == [False, True]

@@ -16,8 +16,8 @@ CELL = 40
 
 def swept(out: Path, **changes: Any):
     """2 policies at 5 x 6 points with 7 episodes each: 420 episodes in 12 cells."""
-    how: dict[str, Any] = {"axes": AXES, "episodes": 7, "cell": CELL} | changes
-    return sweep(TASK, WHO, out=out, **how)
+    how: dict[str, Any] = {"task": TASK, "axes": AXES, "episodes": 7, "cell": CELL} | changes
+    return sweep(policies=WHO, out=out, **how)
 
 
 @register_pytree

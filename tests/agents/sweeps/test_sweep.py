@@ -74,6 +74,23 @@ def test_files_say_what_they_are(tmp_path):
     assert set(table["policy"].to_pylist()) == {"pull", "hard"}
 
 
+def test_environments_of_one_name_are_played_each_by_itself_and_no_other_one_is_resumed(tmp_path):
+    def task(factor):
+        class Env(MassEnv):
+            def step_env(self, state, action, params):
+                obs, state, reward, *rest = super().step_env(state, action, params)
+                return obs, state, factor * reward, *rest
+
+        return Env(), MassParams(time_limit=1.0)
+
+    swept(tmp_path, task={"a": task(1.0), "b": task(2.0)}, axes={"mu": [0.1, 0.3]})
+    first, second = sweep_arrays(tmp_path)["reward"]
+    assert np.allclose(second, 2 * first, rtol=1e-6)
+    other = {"a": (MassEnv(), MassParams(time_limit=1.0)), "b": task(2.0)}
+    with pytest.raises(ValueError, match="tasks"):
+        swept(tmp_path, task=other, axes={"mu": [0.1, 0.3]}, resume=True)
+
+
 def test_environments_that_differ_in_what_their_repr_leaves_out_have_other_digests():
     envs = [BipedEnv(), BipedEnv(see_motion=False), BipedEnv(shield=0.02), BipedEnv(shield=0.03)]
     assert len({digest_of(env) for env in envs}) == len(envs)

@@ -1,10 +1,13 @@
 """Energy changes by the motor's work, and by friction's where the foot slides."""
 
+from dataclasses import replace
+
+import jax
 import numpy as np
 import pytest
 
 from stickslip.dynamics import Scene, Status
-from stickslip.dynamics.biped import BipedState, Euler, simulate, simulate_inverse
+from stickslip.dynamics.biped import BipedState, Euler, EventExact, simulate, simulate_inverse
 from tests.dynamics.biped.helpers import default_model, default_params, exact_along, state_of, walk
 
 
@@ -49,6 +52,30 @@ def test_work_is_torque_times_angle_and_positive_work_counts_gifts_only(float64,
     np.testing.assert_allclose(trajectory.contacts.work, case["torque"] * turned, atol=1e-14)
     gifts = np.sum(np.maximum(case["torque"] * turned, 0.0))
     np.testing.assert_allclose(np.sum(trajectory.contacts.positive_work), gifts, rtol=1e-5)
+
+
+def test_positive_work_is_right_where_the_crank_turns_back_within_a_step(float64):
+    """Under a constant torque: its product with the way turned in its direction."""
+    given = default_model(), Scene.grip(outputs="state"), state_of(phase=4.0, crank_rate=-2.5), 0.5
+    coarse, fine = (simulate(*given, 0.1, dt) for dt in (0.05, 0.0005))
+    phases = fine.states.crank_angle
+    wanted = 0.5 * (phases[-1] - np.min(phases))
+    np.testing.assert_allclose(np.sum(coarse.contacts.positive_work), wanted, rtol=0.01)
+
+
+@pytest.mark.long
+def test_positive_work_and_its_slope_follow_the_adaptive_tolerance(float64):
+    def given(rate, parts):
+        begin = replace(state_of(phase=4.0), crank_rate=rate)
+        walk = default_model(), Scene.grip(), begin, 0.5, 0.1, 0.1 / parts
+        return simulate(*walk, integrator=EventExact()).contacts.positive_work.sum()
+
+    begins = np.array([-2.5, -2.4, -2.3])
+    found, slopes = jax.vmap(jax.value_and_grad(lambda rate: given(rate, 1)))(begins)
+    fine = jax.vmap(lambda rate: given(rate, 500))
+    wanted, beyond = fine(begins), fine(begins + 1e-3) - fine(begins - 1e-3)
+    np.testing.assert_allclose(found, wanted, rtol=1e-5)
+    np.testing.assert_allclose(slopes, beyond / 2e-3, rtol=1e-3)
 
 
 def test_positive_work_of_a_prescribed_motion_is_what_the_motor_gives(float64):

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from scipy.integrate import RK45
 
-from stickslip.dynamics import Scene
-from stickslip.dynamics.biped import Euler, step
+from stickslip.dynamics import Scene, Status
+from stickslip.dynamics.biped import Euler, EventExact, step
 from stickslip.dynamics.biped.stepping import adaptive
 from tests.dynamics.biped.helpers import default_model, forward, state_of
 
@@ -82,3 +82,28 @@ def test_dormand_and_prince_s_rows_are_scipys():
     np.testing.assert_allclose(adaptive.ERROR[: count + 1], -RK45.E, rtol=1e-13)
     halfway = RK45.P @ 0.5 ** np.arange(1, 5)
     np.testing.assert_allclose(adaptive.TABLEAU[-1, : count + 1], halfway, atol=1e-8)
+
+
+@pytest.mark.long
+def test_an_adaptive_call_may_end_just_behind_any_event(float64):
+    """By parts of its length from 1e-9 on: a stop, an edge of the floor, an exchange, a fall."""
+    floor = Scene.patches((0.0201,), (0.06, 0.5), (0.05, 0.45))
+    begins = [
+        {"phase": 4.0, "crank_rate": 3.0, "foot_velocity": 0.01},
+        {"phase": 4.0, "crank_rate": 3.0, "foot_velocity": 0.05, "foot_position": 0.02},
+        {"phase": 4.70, "crank_rate": 3.0, "foot_position": 0.05},
+        {"phase": 3.0, "crank_rate": 2.0, "foot_position": 0.05},
+    ]
+    begins = jax.tree.map(lambda *one: jnp.stack(one), *(state_of(**one) for one in begins))
+    torques = jnp.array([0.5, 0.5, 0.5, 10.0])
+    spec = EventExact(max_steps=64, record_events=True)
+    once = lambda *at: step(default_model(), floor, *at, integrator=spec)  # noqa: E731
+    each = jax.jit(jax.vmap(once))
+    whole = each(begins, torques, jnp.full(4, 0.1))
+    ends = whole[0].time.at[:3].set(whole[1].events.times[:3, 0])
+    assert whole[1].status[3] == Status.TOPPLE
+    for part in np.geomspace(1e-9, 1e-2, 60):
+        after, contact = each(begins, torques, ends * (1 + part))
+        assert np.all(contact.status != Status.NOT_CONVERGED), part
+        np.testing.assert_allclose(contact.events.times[:3, 0], ends[:3], rtol=1e-9)
+        np.testing.assert_allclose(after.time[3], ends[3], rtol=1e-9)
