@@ -198,11 +198,11 @@ class DriveTeacher:
         env, params = self.place
         ends = float(params.vehicle.leg_angle_min), float(params.vehicle.leg_angle_max)
         away = params.replace(randomisation=replace(params.randomisation, start_angles=ends))
-        for i in range(EPISODES):
-            seed = FIRST + EPISODES * number + i
-            its = params if number and i % AWAY else away
+        first, drawn = FIRST + EPISODES * number, rollout.is_random(env, params)
+        for seed in range(first, first + EPISODES):
+            its = params if number and seed % AWAY else away
             (obs, states), real = before_steps(rollout.play(env, player, its, [seed], whole))
-            said = costs(*solved(self.task.name, seed if rollout.is_random(params) else 0), states)
+            said = costs(*solved(self.task.name, seed if drawn else 0), states)
             yield obs[real], np.asarray(said)[real]
 
     @staticmethod

@@ -120,7 +120,7 @@ def computed_with(versions: Any) -> dict[str, Any]:
 
 def write(task: TaskDefinition, policy: MLPPolicy, record: dict[str, Any], folder: Path) -> Path:
     """Measure a policy on the task's own episodes and write it into a folder under its name."""
-    count = EPISODES[task.machine] if is_random(task.make()[1]) else 1
+    count = EPISODES[task.machine] if is_random(*task.make()) else 1
     earned = entry(task, policy_name(task.name), played_on(task, policy, count))
     earned.pop("policy")
     metadata = {

@@ -132,7 +132,7 @@ def measure(task: TaskDefinition, before: dict[str, Any]) -> dict[str, Any]:
     """The task's entry of known.json. before: the entry there; a better best known stays."""
     env, params = task.make()
     machine = machine_by_name(task.machine)
-    episodes = EPISODES[task.machine] if is_random(params) else 1
+    episodes = EPISODES[task.machine] if is_random(env, params) else 1
 
     def earned(name: str, player: Any, shield: float | None = None) -> dict[str, Any]:
         print(f"{task.name}: {name}", flush=True)
@@ -235,7 +235,7 @@ def bound_of(task: TaskDefinition) -> dict[str, Any] | None:
             "assumed of the walk",
         }
     env, least = cast("UGVEnv", without_resets(env)), []
-    count = EPISODES["ugv"] if is_random(params) else 1
+    count = EPISODES["ugv"] if is_random(env, params) else 1
     for seed in range(count):
         state = first_state(env, params, seed)
         problem = env.problem(state, params)

@@ -65,7 +65,7 @@ def measure(task: TaskDefinition) -> dict[str, Any]:
     time, compiling and evaluations aside."""
     config = configuration(task)
     env, training, params, _ = machine_by_name(task.machine).training_task(config)
-    test, seen = without_resets(env), range(EPISODES[task.machine] if is_random(params) else 1)
+    test, seen = without_resets(env), range(EPISODES[task.machine] if is_random(env, params) else 1)
     samples = settings_of(config)[0].samples
     PPOTrainer(config, env, training).advance(samples)  # compiles
     trainers = [PPOTrainer(replace(config, seed=seed), env, training) for seed in SEEDS]

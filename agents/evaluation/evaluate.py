@@ -61,7 +61,7 @@ def evaluate_task(
     env = env_with(env, shield, program)
     known, measures = measured(task.name), machine_by_name(task.machine).measures(env)
     used = rollout.seeds_of(known.episodes if episodes is None else episodes, seeds)
-    measures = scored(measures, known, task.unit, used if rollout.is_random(params) else (0,))
+    measures = scored(measures, known, task.unit, used if rollout.is_random(env, params) else (0,))
     return _evaluated(env, controllers, {task.name: params}, measures, used, progress)
 
 
@@ -117,7 +117,7 @@ def _evaluated(
     }
     rows = []
     for scene, params in scenes.items():
-        used = seeds if rollout.is_random(params) else seeds[:1]
+        used = seeds if rollout.is_random(env, params) else seeds[:1]
         for name, controller in named.items():
             say(f"{name} on {scene}")
             played = rollout.play(env, controller, params, used, measures.keep)

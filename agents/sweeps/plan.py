@@ -155,7 +155,8 @@ class Case:
             raise ValueError(f"axes {names} both set {common.pop()}; accepted: one of them")
         corners = [opened, *(swept.changed(params, values) for values in _corners(axes))]
         steps = max(rollout.horizon(one) for one in corners)
-        return cls(task, policy, env, opened, player, fields, steps, rollout.is_random(corners[-1]))
+        is_random = rollout.is_random(env, corners[-1])
+        return cls(task, policy, env, opened, player, fields, steps, is_random)
 
 
 def _corners(axes: Axes) -> Iterator[dict[str, float]]:

@@ -178,7 +178,7 @@ class RegretInfo(gymnasium.Wrapper, RecordConstructorArgs):
     def reset(self, *, seed=None, options=None):
         """Begin an episode, and solve its ground unless it is always the same."""
         obs, info = self.env.reset(seed=seed, options=options)
-        if self._values is None or is_random(self._inner.params):
+        if self._values is None or is_random(self._inner.functional, self._inner.params):
             state = self._inner._envs.state_of(0)
             self._values = DriveValues.of(
                 self._inner.functional, self._inner.params, state, self._angles

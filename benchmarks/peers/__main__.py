@@ -96,7 +96,7 @@ def transfer_rows(quick: bool) -> Iterator[dict[str, Any]]:
         known = known_of(task)
         if not isinstance(env, BipedEnv) or known is None:
             continue
-        seeds = range((1 if quick else EPISODES) if is_random(params) else 1)
+        seeds = range((1 if quick else EPISODES) if is_random(env, params) else 1)
         name, inside = policy_name(task.name), moved_by(env, "mujoco")
         bare = replace(inside, swing_contact=False)
         places = {"score here": env, "in MuJoCo": inside, "no swing contact": bare}

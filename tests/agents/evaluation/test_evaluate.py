@@ -144,6 +144,13 @@ def test_every_episode_weighs_alike_and_costs_are_of_drives_that_reached_the_end
     assert of_drives["failures"] == pytest.approx(1 / 3)
 
 
-def test_noise_alone_makes_episodes_differ():
+def test_whatever_a_reset_draws_makes_episodes_differ():
+    class Blurred(BipedEnv):
+        def reset_env(self, key, params):
+            obs, state = super().reset_env(key, params)
+            return obs + 0.1 * jax.random.normal(key, obs.shape), state
+
     grounds = (UGVEnv().make_params(track=Track.bump(), preview_noise=n) for n in (None, 0.05))
-    assert list(map(is_random, grounds)) == [False, True]
+    assert [is_random(UGVEnv(), params) for params in grounds] == [False, True]
+    assert not is_random(ENV, ENV.default_params)
+    assert is_random(Blurred(), ENV.default_params)

@@ -4,8 +4,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+import jax
+
 from stickslip.agents import sweep
-from stickslip.dynamics.pytrees import register_pytree
 from tests.agents.mass import MassEnv, MassParams, Pull
 
 TASK = (MassEnv(), MassParams(time_limit=1.0))
@@ -20,20 +21,9 @@ def swept(out: Path, **changes: Any):
     return sweep(policies=WHO, out=out, **how)
 
 
-@register_pytree
-@dataclass(frozen=True)
-class StillParams(MassParams):
-    """The mass where a reset draws nothing."""
-
-    randomisation: None = None
-
-
 @dataclass(frozen=True)
 class StillEnv(MassEnv):
-    """The environment that has them."""
+    """The mass where a reset draws nothing."""
 
-    params_kind = StillParams
-
-    @property
-    def default_params(self):
-        return StillParams(time_limit=0.5)
+    def reset_env(self, key, params):
+        return super().reset_env(jax.random.key(0), params)
