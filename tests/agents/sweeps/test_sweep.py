@@ -14,7 +14,7 @@ from stickslip.agents.sweeps.plan import digest_of
 from stickslip.envs import BipedEnv
 from stickslip.records.signals import StoppedError
 from tests.agents.mass import MassEnv, MassParams
-from tests.agents.sweeps.masses import WHO, swept
+from tests.agents.sweeps.masses import TASK, WHO, swept
 
 
 def rows(path: Path) -> pa.Table:
@@ -75,20 +75,20 @@ def test_files_say_what_they_are(tmp_path):
 
 
 def test_environments_of_one_name_are_played_each_by_itself_and_no_other_one_is_resumed(tmp_path):
-    def task(factor):
+    def env(factor):
         class Env(MassEnv):
             def step_env(self, state, action, params):
                 obs, state, reward, *rest = super().step_env(state, action, params)
                 return obs, state, factor * reward, *rest
 
-        return Env(), MassParams(time_limit=1.0)
+        return Env()
 
-    swept(tmp_path, task={"a": task(1.0), "b": task(2.0)}, axes={"mu": [0.1, 0.3]})
+    task, how = {"a": (env(1.0), TASK[1]), "b": (env(2.0), TASK[1])}, {"axes": {"mu": [0.1, 0.3]}}
+    swept(tmp_path, task=task, **how)
     first, second = sweep_arrays(tmp_path)["reward"]
     assert np.allclose(second, 2 * first, rtol=1e-6)
-    other = {"a": (MassEnv(), MassParams(time_limit=1.0)), "b": task(2.0)}
     with pytest.raises(ValueError, match="tasks"):
-        swept(tmp_path, task=other, axes={"mu": [0.1, 0.3]}, resume=True)
+        swept(tmp_path, task={"a": TASK, "b": task["b"]}, resume=True, **how)
 
 
 def test_environments_that_differ_in_what_their_repr_leaves_out_have_other_digests():

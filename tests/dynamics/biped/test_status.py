@@ -91,14 +91,11 @@ def test_a_foot_that_nothing_presses_down_for_a_moment_lifts_off(float64):
 def test_half_a_support_phase_in_one_step_is_too_long_a_step(float64):
     """At a phase where the normal force is positive at any rate."""
     scene, before = Scene.grip(outputs="state"), state_of(phase=2.3, crank_rate=200.0)
-    go = [step(default_model(), scene, before, jnp.asarray(0.0), jnp.asarray(dt)) for dt in DTS]
+    sizes = jnp.asarray(0.0078), jnp.asarray(0.0079)  # around pi/2 over 200 rad/s
+    go = [step(default_model(), scene, before, jnp.asarray(0.0), size) for size in sizes]
     assert [int(contact.status) == Status.NOT_CONVERGED for _, contact in go] == [False, True]
     after, contact = go[1]
     assert_finite((after, contact))
-
-
-DTS = (0.0078, 0.0079)
-"""Around pi/2 over 200 rad/s."""
 
 
 @pytest.mark.parametrize("integrator", [Euler(2), RK4Split()])

@@ -24,7 +24,6 @@ def ending(status: Status):
     env, params = task()
     long = env.make_params(robot=BipedParams.from_bars(heel=800.0, toe=800.0))
     strong = {"torque_limit": 30.0, "max_crank_rate": 1e6}
-    robot = params.robot
     sticky = Scene.uniform(5.0, 5.0)
     cases = {
         Status.TOPPLE: (env, params, PUSH),
@@ -35,7 +34,7 @@ def ending(status: Status):
         Status.STEP_COMPLETE: (*task("one"), constant(0.24, 0.24, 0.23, 0.25)),
         Status.NO_EXCHANGE: (
             env,
-            rebuilt(params, scene=sticky, robot=rebuilt(robot, symmetric=np.asarray(False))),
+            rebuilt(params, scene=sticky, robot=rebuilt(params.robot, symmetric=np.asarray(False))),
             constant(0.24, 0.24, 0.23, 0.25),
         ),
         Status.NOT_CONVERGED: (BipedEnv(setting=HASTY), params, STILL),

@@ -95,13 +95,12 @@ def test_an_adaptive_call_may_end_just_behind_any_event(float64):
         {"phase": 3.0, "crank_rate": 2.0, "foot_position": 0.05},
     ]
     begins = jax.tree.map(lambda *one: jnp.stack(one), *(state_of(**one) for one in begins))
+    how = {"integrator": EventExact(max_steps=64, record_events=True)}
+    each = jax.jit(jax.vmap(lambda *at: step(default_model(), floor, *at, **how)))
     torques = jnp.array([0.5, 0.5, 0.5, 10.0])
-    spec = EventExact(max_steps=64, record_events=True)
-    once = lambda *at: step(default_model(), floor, *at, integrator=spec)  # noqa: E731
-    each = jax.jit(jax.vmap(once))
-    whole = each(begins, torques, jnp.full(4, 0.1))
-    ends = whole[0].time.at[:3].set(whole[1].events.times[:3, 0])
-    assert whole[1].status[3] == Status.TOPPLE
+    after, contact = each(begins, torques, jnp.full(4, 0.1))
+    assert contact.status[3] == Status.TOPPLE
+    ends = after.time.at[:3].set(contact.events.times[:3, 0])
     for part in np.geomspace(1e-9, 1e-2, 60):
         after, contact = each(begins, torques, ends * (1 + part))
         assert np.all(contact.status != Status.NOT_CONVERGED), part
