@@ -17,7 +17,7 @@ from stickslip.agents.policy.shipped import shipped_path
 from stickslip.agents.protocol import Options, Params, Player, State
 from stickslip.dynamics.checks import require_integer
 from stickslip.envs.functional import AnyEnv, FunctionalEnv, Timed
-from stickslip.envs.rendering.animation import require_format
+from stickslip.envs.rendering.animation import SUFFIXES, require_format
 from stickslip.envs.rendering.page import Page, page_text
 from stickslip.envs.tasks.definition import task_by_name
 from stickslip.optim.progress import say_stage
@@ -109,6 +109,7 @@ def view_command(given: Options) -> None:
     path = Path(given["out"] or _file_name(asked[0], places[0].label, task))
     is_page = path.suffix.lower() in PAGES
     if not is_page:
+        require_suffix(path, (*PAGES, *SUFFIXES))
         require_format(path)
         if count > 1:
             raise ValueError(f"{path} of {count} episodes; accepted: several in an .html")

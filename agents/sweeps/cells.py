@@ -11,7 +11,8 @@ import hashlib
 import json
 import re
 from collections.abc import Callable, Mapping, Sequence
-from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, CancelledError, Future, wait
+from concurrent import futures
+from concurrent.futures import BrokenExecutor, CancelledError, Future
 from datetime import UTC, datetime
 from itertools import islice
 from pathlib import Path
@@ -43,11 +44,13 @@ def run_cells(
     keep: Callable[[int, Future[Found]], None],
     todo: Sequence[int],
     stop: Callable[[], bool],
+    here: bool = False,
 ) -> None:
     """Submit cells to an executor and keep each as it is done, by its number and future.
 
-    The first error ends the run; kept cells stay. StoppedError where `stop`, polled after every
-    cell, returns True; OSError where the executor has lost its workers.
+    The first error ends the run; kept cells stay. StoppedError where `stop`, polled after the cells
+    that are done, returns True; OSError where the executor has lost its workers. here: the executor
+    waits at its end for the cells that it has begun, so they are kept, too.
     """
     left, running = iter(todo), {}
     try:
@@ -56,12 +59,13 @@ def run_cells(
                 running[submit(number)] = number
             if not running:
                 return
-            done, _ = wait(running, POLL, FIRST_COMPLETED)
+            done, _ = futures.wait(running, POLL, futures.FIRST_COMPLETED)
             for one in done:
                 keep(running.pop(one), one)
-                if stop():
-                    raise StoppedError
             if stop():
+                begun = [one for one in running if not one.cancel() and here]
+                for one in futures.as_completed(begun):
+                    keep(running.pop(one), one)
                 raise StoppedError
     except (CancelledError, BrokenExecutor) as error:
         raise OSError(LOST) from error

@@ -100,7 +100,7 @@ def run_plan(
         pool = executor or stack.enter_context(ThreadPoolExecutor(threads))
         here = isinstance(pool, ThreadPoolExecutor)
         play = CellPlayer(plan) if here else partial(_play, pickle.dumps(partial(CellPlayer, plan)))
-        cells.run_cells(partial(pool.submit, play), keep, todo, stop)
+        cells.run_cells(partial(pool.submit, play), keep, todo, stop, here)
     return SweepResult(path, plan.total, plan.cells, len(todo))
 
 

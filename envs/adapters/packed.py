@@ -272,7 +272,7 @@ class PackedEnvs:
         wanted = np.ones(self.num_envs, bool)
         if mask is not None and not mask.all():
             if not self.begun:
-                self.reset()
+                return np.where(mask[:, None], self.reset(params=params), 0)
             wanted = mask
         before = None if wanted.all() else self._carry
         self._carry, obs = _begin(self._program, self._chains(), params, wanted, before)

@@ -148,7 +148,7 @@ def sweep_flags(parser: Parser, name: str) -> None:
     add("--axis NAME=VALUES", about, action="append", default=[])
     add("--episodes", "of each point", type=int, default=32)
     add("--out DIR", "directory of the sweep", required=True)
-    add("--resume", "continue the sweep in --out", action="store_true")
+    add("--resume", "continue the sweep in --out, if there is one", action="store_true")
     add("--no-pictures", "no sweep.png", action="store_true")
     group = parser.add_argument_group(f"the task of the {machine.title}")
     about = "tasks of `stickslip tasks` (default: the policies' own, or the standard task)"
@@ -409,7 +409,7 @@ def bench_flags(parser: Parser, part: str) -> None:
     add("--budget", "values and gradients of a run", type=int)
     add("--seconds", "processor time of a run", type=float)
     add("--seeds", "of each method on each instance", type=int, default=3)
-    add("--resume", "continue the race in --out", action="store_true")
+    add("--resume", "continue the race in --out, if there is one", action="store_true")
     about = "time on the clock [s] after which a run is killed (default: %(default)s)"
     add("--limit SECONDS", about, type=float, default=120.0)
     add("--workers", "processes (default: cores)", type=int)

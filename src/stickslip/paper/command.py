@@ -1,7 +1,7 @@
 """`stickslip reproduce`: compute figures, write their pictures, data and the table of claims."""
 
 import json
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -14,7 +14,7 @@ from stickslip.dynamics.lazily import require
 from stickslip.dynamics.ugv import UGVParams
 from stickslip.envs.rendering.sheet import png
 from stickslip.optim.progress import say_stage
-from stickslip.paper.figure import Figure, figures_of
+from stickslip.paper.figure import FIGURES, Figure, figures_of
 from stickslip.records.files import require_folder, require_makeable, require_new, write_whole
 from stickslip.records.table import Column, Content, Table
 
@@ -27,7 +27,8 @@ HEAD = ("figure", "the chapter states", "measured here", "why")
 def reproduce_command(given: Mapping[str, Any]) -> Content:
     """Write DIR/NAME.png, DIR/NAME.csv and DIR/table.md, computed in float64; return the claims.
 
-    All are written at the end: an interrupted command leaves nothing.
+    All are written at the end: an interrupted command leaves nothing. The table keeps what it has
+    of other figures.
     """
     figures, out, overwrite = figures_of(given["figures"]), Path(given["out"]), given["overwrite"]
     accepted = "24 to 2400 points a step"
@@ -50,14 +51,20 @@ def reproduce_command(given: Mapping[str, Any]) -> Content:
             for claim, measured in result.measured.items():
                 text = TEXTS[name][claim] if reference else {"stated": "", "why": ""}
                 rows.append([name, text["stated"], measured, text["why"]])
-    kept = [i for i in range(len(HEAD)) if not rows or any(row[i] for row in rows)]
-    heads = [Column(HEAD[i], words=True) for i in kept]
-    table = Table(heads, [[row[i] for i in kept] for row in rows])
-    for name, content in {**made, TABLE: table.markdown()}.items():
+    order = list(FIGURES)
+    every = sorted(rows + rows_of_others(out / TABLE, figures), key=lambda row: order.index(row[0]))
+    for name, content in {**made, TABLE: claims(every).markdown()}.items():
         write_whole(out / name, content, overwrite=overwrite)
     for row in rows:
         print(": ".join(filter(None, row[:3])))
-    return Content({"claims": table}, {"files": list(map(str, files(out, figures)))})
+    return Content({"claims": claims(rows)}, {"files": list(map(str, files(out, figures)))})
+
+
+def claims(rows: Sequence[Sequence[str]]) -> Table:
+    """The columns of HEAD in which any row has something."""
+    kept = [i for i in range(len(HEAD)) if not rows or any(row[i] for row in rows)]
+    heads = [Column(HEAD[i], words=True) for i in kept]
+    return Table(heads, [[row[i] for i in kept] for row in rows])
 
 
 def machines_of(given: Mapping[str, Any], figures: Mapping[str, Figure]) -> dict[str, Any]:
@@ -75,6 +82,17 @@ def machines_of(given: Mapping[str, Any], figures: Mapping[str, Figure]) -> dict
         params = kind.from_file(given[flag], own)
         found[machine] = params, same_numbers(params, kind.from_file(None))
     return found
+
+
+def rows_of_others(path: Path, figures: Iterable[str]) -> list[list[str]]:
+    """Rows of a table of claims that are of other figures; none of another file."""
+    lines = path.read_text("utf-8", "replace").splitlines() if path.exists() else []
+    head, _, *rows = ([one.strip() for one in line[1:-1].split("|")] for line in [*lines, "", ""])
+    if HEAD[0] not in head or not set(head) <= set(HEAD):
+        return []
+    every = [dict(zip(head, row, strict=False)) for row in rows]
+    known = [row for row in every if row[HEAD[0]] in FIGURES.keys() - set(figures)]
+    return [[row.get(name, "") for name in HEAD] for row in known]
 
 
 def files(out: Path, names: Iterable[str]) -> list[Path]:

@@ -138,18 +138,11 @@ def test_derivatives_are_those_of_differences():
     assert slope == pytest.approx(float(high(3.05) - high(2.95)) / 0.1, rel=1e-2)
 
 
-@pytest.mark.parametrize(
-    ("given", "named"),
-    [
-        ({"margin": 2.0}, "margin"),
-        ({"mu_static": -1.0}, "mu_static"),
-        ({"duration": 0}, "duration"),
-    ],
-)
-def test_bad_numbers_are_refused_by_name(given, named):
-    given = {"torque": 1.0, "mu_static": 0.1} | given
-    with pytest.raises(ValueError, match=f"{named} = "):
-        safe_torque(BipedParams.from_bars(), BipedState(), **given)
+@pytest.mark.parametrize("given", [{"margin": 2.0}, {"mu_static": -1.0}, {"duration": 0}])
+def test_bad_numbers_are_refused_by_name(given):
+    whole = {"torque": 1.0, "mu_static": 0.1} | given
+    with pytest.raises(ValueError, match=f"{next(iter(given))} = "):
+        safe_torque(BipedParams.from_bars(), BipedState(), **whole)
 
 
 @pytest.mark.long

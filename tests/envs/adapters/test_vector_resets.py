@@ -39,8 +39,10 @@ def test_none_in_a_list_of_seeds_goes_on_in_its_chain():
 def test_a_masked_reset_with_a_seed_seeds_only_where_asked():
     env = toys(3, AutoresetMode.DISABLED)
     env.reset(seed=0)
-    obs, _ = env.reset(seed=7, options={"reset_mask": np.asarray([True, False, False])})
-    assert obs[0, 0] == one_toy().reset(seed=7)[0][0]
+    mask = {"reset_mask": np.asarray([True, False, False])}
+    obs, _ = env.reset(seed=7, options=mask)
+    at_first, _ = toys(3, AutoresetMode.DISABLED).reset(seed=7, options=mask)
+    assert obs[0, 0] == at_first[0, 0] == one_toy().reset(seed=7)[0][0]
     following = firsts(env)
     other = toys()
     other.reset(seed=0)
