@@ -78,6 +78,8 @@ class Trial(NamedTuple):
     """The end is the event (accepted then, too)."""
     status: Integer
     """Terminal if the model does not hold where the trial starts, or the step is none."""
+    taken_back: Scalar
+    """The lesser of what the motor gives and takes [J]."""
 
     def kept(self, system: System) -> Any:
         """What `settle` reads."""
@@ -123,9 +125,9 @@ def _blank(system: System, walk: Walk) -> Trial:
     begun, event = stages.Beginning(zero, zero, zero, no), stages.Event(none, none, zero, no, no)
     end, middle = Motion(*[zero] * 6), stages.Midpoint(*[zero] * 5)
     unread: Any = None
-    taken = stages.Taken(*walk[:4], end, unread, middle, work, unread, zero)
+    taken = stages.Taken(*walk[:4], end, unread, middle, work, unread)
     size = None if walk.size is None else walk.aim
-    return Trial(begun, taken, event, size, ~no, no, none).kept(system)
+    return Trial(begun, taken, event, size, ~no, no, none, zero).kept(system)
 
 
 def attempt(spec: RK4Split | EventExact, system: System, walk: Walk) -> Trial:
@@ -141,9 +143,9 @@ def attempt(spec: RK4Split | EventExact, system: System, walk: Walk) -> Trial:
         taken = stages.classical_step(system, friction, mode, walk, inertia, step)
     end, middle = taken.end, taken.middle
     held = torque_held(system.drive)
-    work = taken.work if held is None else held * (taken.phase - walk.phase)
+    work = jnp.asarray(taken.work) if held is None else held * (taken.phase - walk.phase)
     ends = first.torque * walk.crank_rate, end.torque * taken.crank_rate
-    taken = taken._replace(taken_back=stages.taken_back(*ends, work, step))
+    taken_back = stages.taken_back(*ends, work, step)
     samples = _sampled(friction, walk, first, taken, step)
     levers = stages.levers_of(system, samples.phase, inertia, taken.inertia)
     motions = zip(samples.crank_rate, (first, middle, end), levers, strict=True)
@@ -159,7 +161,8 @@ def attempt(spec: RK4Split | EventExact, system: System, walk: Walk) -> Trial:
         size, switches = None, event.reached & ~begun.final | begun.final & (event.kind == END)
         switches &= event.happens
     accepted = ~event.happens | switches | begun.final
-    return Trial(begun, taken, event, size, accepted, switches, status).kept(system)
+    judged = event, size, accepted, switches, status
+    return Trial(begun, taken, *judged, taken_back).kept(system)
 
 
 def _begun(
@@ -312,7 +315,7 @@ def _moved(system: System, walk: Walk, trial: Trial) -> Walk:
     else:  # no constant torque: integrated along the step
         work = jnp.asarray(taken.work) + time * (end.torque * taken.crank_rate)
     work = jnp.where(step > 0, work, 0.0)
-    given = jnp.maximum(work, 0.0) + taken.taken_back
+    given = jnp.maximum(work, 0.0) + trial.taken_back
     return walk._replace(
         phase=theta,
         crank_rate=rate,

@@ -46,8 +46,6 @@ class Taken(NamedTuple):
     """Work of the motor [J], where its torque is not given."""
     errors: Float[Array, " 4"]
     """Estimated errors of theta, rate, slide and velocity, 0 where there are no estimates."""
-    taken_back: Scalar | None = None
-    """The lesser of what the motor gives and takes in the step [J]; None before it is computed."""
 
 
 class Midpoint(NamedTuple):
