@@ -4,7 +4,7 @@
 
 The UGV's step is differentiable, and an episode's return is a sum over places: its slope in the
 network's weights, by back-propagation through the whole episode, is exact and tame. A failure has
-no slope, so what a place lacks of MARGINS costs something before it fails.
+no slope, so what a place lacks of margins costs something before it fails.
 """
 
 import sys
@@ -22,17 +22,21 @@ from stickslip.envs import FrameStack, known_of, task_by_name
 
 HISTORY, HIDDEN, EPISODES, RATE, CLIP = 12, 128, 64, 1e-3, 10.0
 GAINS = 1.4, 1.4, 0.01
-MARGINS = {"clearance": 0.1, "wheel_clearance": 0.1, "normal": 0.1, "grip": 0.05}  # of the weight
+MOST = 20_000  # updates of a learner that is not told how many there will be
 sound = jax.custom_vjp(lambda x: x)
 sound.defvjp(lambda x: (x, None), lambda _, slope: (jnp.nan_to_num(slope, 0.0, 0.0, 0.0),))
 
 
 def lacking(at, params):
-    """What a station lacks of MARGINS, in parts of them, squared."""
-    left = {"clearance": at.clearance - params.min_clearance, "wheel_clearance": at.wheel_clearance}
-    weight = params.vehicle.weight
-    left |= {"normal": jnp.minimum(at.N_rear, at.N_front) / weight, "grip": at.grip / weight}
-    return sum(jnp.maximum(1 - left[name] / size, 0) ** 2 for name, size in MARGINS.items())
+    """What a station lacks of margins, in parts of them, squared."""
+    weight, pressed = params.vehicle.weight, jnp.minimum(at.N_rear, at.N_front)
+    margins = (
+        (at.clearance - params.min_clearance, 0.1),
+        (at.wheel_clearance, 0.1),
+        (pressed, 0.1 * weight),
+        (at.grip, 0.05 * weight),
+    )
+    return sum(jnp.maximum(1 - left / size, 0) ** 2 for left, size in margins)
 
 
 def network(layers, shift, scale):
@@ -48,6 +52,7 @@ class PolicyGradient:
         self.env = FrameStack(self.env, HISTORY, "disabled")
         self.length, scale = task.max_episode_steps, known_of(task).scale
         self.unit = scale.one - scale.zero
+        self.updates = updates or MOST
         rate = RATE if updates is None else optax.cosine_decay_schedule(RATE, updates)
         self.adam = optax.chain(
             optax.scale(1 / EPISODES), optax.clip_by_global_norm(1.0), optax.adam(rate)
@@ -58,14 +63,14 @@ class PolicyGradient:
         """Begin anew, with the weights and episodes of a seed."""
         bounds, acts = self.env.observation_bounds(self.params), len(self.env.action_names)
         sizes = len(bounds[0]), HIDDEN, HIDDEN, acts
-        self.key, first, *keys = jax.random.split(jax.random.key(seed), len(sizes) + 1)
-        self.layers = []
-        for key, (inputs, outputs), gain in zip(keys, pairwise(sizes), GAINS, strict=True):
+        keys = jax.random.split(jax.random.key(seed), len(GAINS) + self.updates)
+        first, self.keys, self.layers = keys[: len(GAINS)], iter(keys[len(GAINS) :]), []
+        for key, (inputs, outputs), gain in zip(first, pairwise(sizes), GAINS, strict=True):
             matrix = jax.random.orthogonal(key, max(inputs, outputs))[:inputs, :outputs]
             self.layers.append((gain * matrix, jnp.zeros(outputs)))
         self.memory, self.steps = self.adam.init(self.layers), 0
         self.seen = jnp.zeros(sizes[0]), jnp.ones(sizes[0])
-        obs = np.asarray(self.update(self.layers, self.memory, self.seen, first)[2])  # idle legs
+        obs = np.asarray(self.update(self.layers, self.memory, self.seen, keys[-1])[2])  # idle legs
         obs = obs.reshape(-1, sizes[0])
         self.seen = jnp.asarray(obs.mean(0)), jnp.asarray(np.maximum(obs.std(0), 0.3))
 
@@ -102,8 +107,8 @@ class PolicyGradient:
 
     def advance(self):
         """One update, of EPISODES episodes."""
-        self.key, key = jax.random.split(self.key)
-        self.layers, self.memory, _ = self.update(self.layers, self.memory, self.seen, key)
+        given = self.layers, self.memory, self.seen, next(self.keys)
+        self.layers, self.memory, _ = self.update(*given)
         self.steps += EPISODES * self.length
 
     def policy(self):
