@@ -170,7 +170,7 @@ class RegretInfo(gymnasium.Wrapper, RecordConstructorArgs):
         require_kind("env.unwrapped.functional", inner.functional, UGVEnv, "a UGVEnv")
         RecordConstructorArgs.__init__(self, angles=angles)
         gymnasium.Wrapper.__init__(self, env)
-        self._inner = inner
+        self._inner, self._drawn = inner, is_random(inner.functional, inner.params)
         self._angles = require_integer("angles", angles, low=2, high=MOST_ANGLES)
         self._values: DriveValues | None = None
         self._value = 0.0
@@ -178,7 +178,7 @@ class RegretInfo(gymnasium.Wrapper, RecordConstructorArgs):
     def reset(self, *, seed=None, options=None):
         """Begin an episode, and solve its ground unless it is always the same."""
         obs, info = self.env.reset(seed=seed, options=options)
-        if self._values is None or is_random(self._inner.functional, self._inner.params):
+        if self._values is None or self._drawn:
             state = self._inner._envs.state_of(0)
             self._values = DriveValues.of(
                 self._inner.functional, self._inner.params, state, self._angles
