@@ -40,6 +40,9 @@ MOST_WORK = 2**13
 """Most work of a group: operations times the numbers of each. XLA goes through a costlier loop
 with several threads, which it cannot do in a kernel; it does so from 200,000 on, ten for each byte
 that goes in or comes out included, where there are more operations than bytes."""
+LARGE_TABLE = 2**15
+"""Bytes of a table from which each lookup is a group of its own. XLA counts a table whole where
+what is looked up is used at once, and goes through 2^19 bytes with several threads."""
 APART = {"inlineable": "false"}
 """Attributes that keep XLA from inlining a call."""
 REPEATED = 24
@@ -76,6 +79,8 @@ class _Step(NamedTuple):
     """Numbers computed."""
     is_equality: bool
     """True if it asks if two values that were rounded are the same."""
+    reads_much: bool
+    """True if it looks something up in a table of LARGE_TABLE bytes."""
 
     @property
     def is_loop(self) -> bool:
@@ -145,8 +150,9 @@ def _flattened(traced: ClosedJaxpr) -> _Program:
                 summed = equation.primitive.name.startswith(("reduce", "arg", "cum"))
                 atoms = equation.invars if summed else equation.outvars
                 work = max(getattr(atom.aval, "size", 1) for atom in atoms)
-                asks = _asks_for_equality(equation, operands)
-                step = _Step(equation.primitive, equation.params, operands, results, work, asks)
+                reads_much = any(_bytes(atom) >= LARGE_TABLE for atom in equation.invars)
+                tests = _asks_for_equality(equation, operands), reads_much
+                step = _Step(equation.primitive, equation.params, operands, results, work, *tests)
                 steps.append(step)
                 found = [_Value(number) for number in results]
             else:
@@ -219,7 +225,8 @@ def _kept(program: _Program) -> set[int]:
         if step.is_loop:
             continue
         inputs = set(step.inputs())
-        if sum(behind.get(number, (0, 0))[1] for number in inputs) + step.work > MOST_WORK:
+        work = sum(behind.get(number, (0, 0))[1] for number in inputs) + step.work
+        if work > MOST_WORK or (step.reads_much and not step.is_free):
             inputs = {number for number in inputs if number not in behind}
             kept.update(makers[number] for number in step.inputs() if number in behind)
         parts = [behind.get(number, (0, 0)) for number in inputs]
@@ -228,7 +235,8 @@ def _kept(program: _Program) -> set[int]:
             size, work = size + 1, work + step.work
         wanted = set().union(*(needing[number] for number in step.results))
         dear = size * (len(wanted) - 1) > REPEATED
-        if not step.is_free and (dear or loop in wanted or len(step.results) > 1):
+        cut = dear or loop in wanted or len(step.results) > 1 or step.reads_much
+        if not step.is_free and cut:
             kept.add(place)
         if place in kept:
             size, work = 0, 0
@@ -374,7 +382,8 @@ def _and_first(function: Callable[..., list[Array]], *leaves: Array):
     """
     first: dict[jnp.dtype, list[Array]] = {}
     for leaf in leaves:
-        first.setdefault(leaf.dtype, []).append(jnp.ravel(leaf)[:1])
+        corner = jax.lax.slice(leaf, [0] * leaf.ndim, [1] * leaf.ndim)  # of a table, not all of it
+        first.setdefault(leaf.dtype, []).append(jnp.ravel(corner))
     return function(*leaves), [jnp.concatenate(parts) for parts in first.values()]
 
 
