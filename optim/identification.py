@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import jax
 import jax.numpy as jnp
 import numpy as np
+from numpy.lib.stride_tricks import sliding_window_view
 
 from stickslip.dynamics.biped import BipedParams, RK4Split, prepare
 from stickslip.dynamics.biped.estimation import LOADS, Belief, Noise, initial_belief, observe
@@ -121,11 +122,14 @@ class WalkLog:
 
     @property
     def noise(self) -> float:
-        """Deviation of an angle by third differences over the rows that are evenly spaced [rad]."""
-        durations, third = np.diff(self.times), np.diff(self.angles, 3)
-        longest = np.max(np.lib.stride_tricks.sliding_window_view(durations, 3), axis=-1)
-        even = longest <= GAP * np.median(durations)
-        return float(np.std(third[even] if np.any(even) else third) / math.sqrt(20))
+        """Deviation of an angle [rad]: the median of third divided differences, each over its own
+        deviation under unit noise, so that a few wrong angles do not count. Gaps are left out."""
+        times, angles = (sliding_window_view(one, 4) for one in (self.times, self.angles))
+        weights = 1 / np.prod(times[:, :, None] - times[:, None] + np.eye(4), axis=-1)
+        third = np.abs(np.sum(weights * angles, 1)) / np.linalg.norm(weights, axis=1)
+        even = np.max(np.diff(times), axis=1) <= GAP * np.median(np.diff(self.times))
+        median = np.median(third[even] if np.any(even) else third)
+        return float(median / 0.6745)  # which is that of a normal distribution of deviation 1
 
     @classmethod
     def from_file(cls, path: Path | str) -> WalkLog:

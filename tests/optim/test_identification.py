@@ -53,6 +53,15 @@ def identified(path, capsys, log):
     return told, {row["parameter"]: row for row in told["parameters"]}
 
 
+@pytest.mark.parametrize("uneven", [0.0, 0.3])
+def test_neither_wrong_angles_nor_uneven_rows_count_as_noise(uneven):
+    random = np.random.default_rng(0)
+    times = (np.arange(900) + uneven * random.uniform(-0.5, 0.5, 900)) / 100
+    angles = 2.6 * times + 0.3 * np.sin(5.2 * times) + 2e-4 * random.standard_normal(900)
+    angles[[100, 500]] += 2.0, 0.1
+    assert WalkLog(times, 0 * times, angles).noise == pytest.approx(2e-4, rel=0.15)
+
+
 def test_a_gap_changes_neither_the_noise_nor_the_filters_rows():
     times = 0.005 * np.arange(200)
     angles = 2.0 + 3 * times + 1e-3 * np.random.default_rng(0).standard_normal(200)
