@@ -101,7 +101,6 @@ def open_store(path: Path, kind: str, content: Head, resume: bool) -> Head:
         return found
     if content["cells"] > MOST_CELLS:
         raise ValueError(f"{content['cells']} cells; accepted: up to {MOST_CELLS:,}, larger ones")
-    (path / DATA).mkdir(parents=True, exist_ok=True)
     content = {
         "format": f"stickslip {kind}",
         "version": VERSION,

@@ -264,6 +264,7 @@ def _maps(figure: Figure, axes: Sequence[Axes], panel: Panel, x: np.ndarray, y: 
     rows, columns = np.argsort(x), np.argsort(y)
     known = panel.values[np.isfinite(panel.values)]
     low, high = np.percentile(known, (OUTLIERS, 100 - OUTLIERS)) if known.size else (0, 1)
+    high = high if high > low else low + 1  # all panels have one range, of one value, too
     how, drawn = {"cmap": "viridis", "vmin": low, "vmax": high}, []
     for axis, values in zip(axes, panel.values, strict=False):
         _scale(axis, "x", x)

@@ -254,12 +254,12 @@ def train_command(given: Options) -> None:
             f"--resume goes on with the run's own configuration; accepted: without {names}"
         )
     config = None if resume else machine.configuration.of(**changed)
-    if out is not None:
-        require_folder(out)
-    else:
-        whose = machine.configuration.of(**changed).task or machine.name
-        out = f"runs/{whose}-{time.strftime('%Y%m%d-%H%M%S')}"
-    directory, where = Path(out), shlex.quote(str(out))
+    if config is not None and out is None:
+        out = f"runs/{config.task or machine.name}-{time.strftime('%Y%m%d-%H%M%S')}"
+    require_folder(out)
+    directory, where = Path(str(out)), shlex.quote(str(out))
+    if config is None and (own := runs.read_config(directory).machine) != machine.name:
+        raise ValueError(f"{out} is a run of the {own}; accepted: stickslip train {own} --resume")
     with stoppable() as stop:
         trained = train(config, directory, resume=resume, stop=stop)
     config = trained.config

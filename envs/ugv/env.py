@@ -171,6 +171,8 @@ class UGVEnv(FunctionalEnv[episode.UGVEnvState, UGVEnvParams]):
         params = super().episode_params(params, options)
         if not options:
             return params
+        if (shape := np.shape(options["start_angles"])) != (2,):
+            raise ValueError(f"start_angles has shape {shape}; accepted: two angles [rad]")
         drawn = replace(params.randomisation, start_angles=None)
         changed = params.replace(randomisation=drawn, **options)
         own = {name: getattr(changed, name) for name in ("randomisation", "start_angles")}

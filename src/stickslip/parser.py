@@ -100,7 +100,8 @@ class Parser(argparse.ArgumentParser):
             else:
                 if flag_of(name) in self._option_string_actions:
                     self.error(f"--set {name} is a flag; accepted: {flag_of(name)} VALUE")
-                require_known([name], self.settings, "setting")
+                parts = (f"{part}.NAME" for part in sorted(self.parts))
+                require_known([name], [*self.settings, *parts], "setting")
                 setattr(found, name, self._value(self.settings[name], text))
         if self.parts:
             found.changes = changes

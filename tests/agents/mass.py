@@ -70,9 +70,6 @@ class MassEnv(FunctionalEnv[MassState, MassParams]):
     def observation_bounds(self, params):
         return np.full(2, -50.0), np.full(2, 50.0)
 
-    def is_over(self, state):
-        return state.over
-
     def pictures(self, states, infos, params):
         """A black square on white."""
 

@@ -71,6 +71,7 @@ REFUSED = {
     "train biped --out a.csv": DIRECTORY,
     "optimise ugv --out a.csv": DIRECTORY,
     f"{SWEEP} --out a --axis mu": "accepted: NAME=VALUES",
+    f"{SWEEP} --out a --axis mu=1 --set payload=2": "no setting; accepted: bars.NAME, motor.NAME",
     f"{SWEEP} --out a --axis mu=1 --axis mu=2": "each name once",
     "sweep ugv --policy level-body --out a --task BipedSteady-v0": "accepted: tasks of the UGV",
     f"{SWEEP} --out a --task BipedSteady-v0 --scene wet": "--scene with --task",

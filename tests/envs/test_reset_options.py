@@ -94,6 +94,7 @@ def test_bad_options_of_the_biped_are_refused(options, message):
     [
         ({"track": "bump"}, r"'track' is no option of reset; accepted: start_angles"),
         ({"start_angles": (np.nan, 1.5)}, r"start_angles = nan"),
+        ({"start_angles": [[1.5, 1.5]]}, r"start_angles has shape \(1, 2\); accepted: two"),
     ],
 )
 def test_bad_options_of_the_ugv_are_refused(options, message):

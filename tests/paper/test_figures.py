@@ -59,16 +59,12 @@ class Table:
 
 
 def test_every_figure_has_a_picture_data_and_a_measurement_for_each_claim(out: Path, ugv: Path):
-    rows = []
-    for folder in (out, ugv):
-        lines = (folder / "table.md").read_text(encoding="utf-8").splitlines()[2:]
-        rows += [[cell.strip() for cell in line.strip("|").split("|")] for line in lines]
-    assert {len(row) for row in rows} == {4}
-    judged = [one for one in FIGURES if one not in ("fig16", "fig18")]  # curves only
-    assert list(dict.fromkeys(row[0] for row in rows)) == judged
-    assert all(all(row) for row in rows)
     for name in FIGURES:
         folder = ugv if name in VEHICLES else out
+        if name not in ("fig16", "fig18"):  # curves only
+            lines = (folder / f"{name}.md").read_text(encoding="utf-8").splitlines()[2:]
+            rows = [[cell.strip() for cell in line.strip("|").split("|")] for line in lines]
+            assert all(len(row) == 4 and all(row) and row[0] == name for row in rows)
         assert (folder / f"{name}.csv").is_file()
         assert (folder / f"{name}.png").read_bytes()[:8] == b"\x89PNG\r\n\x1a\n"
 

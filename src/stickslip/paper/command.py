@@ -1,4 +1,4 @@
-"""`stickslip reproduce`: compute figures, write their pictures, data and the table of claims."""
+"""`stickslip reproduce`: compute figures, write their pictures, data and tables of claims."""
 
 import json
 from collections.abc import Iterable, Mapping, Sequence
@@ -14,21 +14,20 @@ from stickslip.dynamics.lazily import require
 from stickslip.dynamics.ugv import UGVParams
 from stickslip.envs.rendering.sheet import png
 from stickslip.optim.progress import say_stage
-from stickslip.paper.figure import FIGURES, Figure, figures_of
+from stickslip.paper.figure import Figure, figures_of
 from stickslip.records.files import require_folder, require_makeable, require_new, write_whole
 from stickslip.records.table import Column, Content, Table
 
 TEXTS = json.loads(Path(__file__).with_name("claims.json").read_text(encoding="utf-8"))
 """Statements and reasons by figure and claim."""
-TABLE = "table.md"
 HEAD = ("figure", "the chapter states", "measured here", "why")
 
 
 def reproduce_command(given: Mapping[str, Any]) -> Content:
-    """Write DIR/NAME.png, DIR/NAME.csv and DIR/table.md, computed in float64; return the claims.
+    """Write DIR/NAME.png, DIR/NAME.csv and, of what the chapter states or shows in numbers,
+    DIR/NAME.md, computed in float64; return the claims.
 
-    All are written at the end: an interrupted command leaves nothing. The table keeps what it has
-    of other figures.
+    All are written at the end: an interrupted command leaves nothing.
     """
     figures, out, overwrite = figures_of(given["figures"]), Path(given["out"]), given["overwrite"]
     accepted = "24 to 2400 points a step"
@@ -48,12 +47,13 @@ def reproduce_command(given: Mapping[str, Any]) -> Content:
             result = figure.compute(params, given["samples"])
             made[f"{name}.png"] = png(result.draw(), title)
             made[f"{name}.csv"] = result.table().csv(digits=10)
+            own = len(rows)
             for claim, measured in result.measured.items():
                 text = TEXTS[name][claim] if reference else {"stated": "", "why": ""}
                 rows.append([name, text["stated"], measured, text["why"]])
-    order = list(FIGURES)
-    every = sorted(rows + rows_of_others(out / TABLE, figures), key=lambda row: order.index(row[0]))
-    for name, content in {**made, TABLE: claims(every).markdown()}.items():
+            if rows[own:]:
+                made[f"{name}.md"] = claims(rows[own:]).markdown()
+    for name, content in made.items():
         write_whole(out / name, content, overwrite=overwrite)
     for row in rows:
         print(": ".join(filter(None, row[:3])))
@@ -84,18 +84,7 @@ def machines_of(given: Mapping[str, Any], figures: Mapping[str, Figure]) -> dict
     return found
 
 
-def rows_of_others(path: Path, figures: Iterable[str]) -> list[list[str]]:
-    """Rows of a table of claims that are of other figures; none of another file."""
-    lines = path.read_text("utf-8", "replace").splitlines() if path.exists() else []
-    head, _, *rows = ([one.strip() for one in line[1:-1].split("|")] for line in [*lines, "", ""])
-    if HEAD[0] not in head or not set(head) <= set(HEAD):
-        return []
-    every = [dict(zip(head, row, strict=False)) for row in rows]
-    known = [row for row in every if row[HEAD[0]] in FIGURES.keys() - set(figures)]
-    return [[row.get(name, "") for name in HEAD] for row in known]
-
-
 def files(out: Path, names: Iterable[str]) -> list[Path]:
-    """Existing files of these figures, and the table of claims."""
-    found = [out / f"{name}{ending}" for name in names for ending in (".png", ".csv")]
-    return [path for path in [*found, out / TABLE] if path.exists()]
+    """Existing files of these figures."""
+    found = [out / f"{name}{ending}" for name in names for ending in (".png", ".csv", ".md")]
+    return [path for path in found if path.exists()]

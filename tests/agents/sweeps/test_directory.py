@@ -8,6 +8,7 @@ import pytest
 from stickslip.agents import Idle, read_sweep, sweep, sweep_arrays
 from stickslip.agents.biped.measures import Episodes
 from stickslip.agents.machine import machine_of_env
+from stickslip.agents.sweeps import cells
 from stickslip.agents.ugv.controllers import Optimum
 from stickslip.agents.ugv.episodes import UGVEpisodes
 from stickslip.envs import BipedEnv, UGVEnv
@@ -36,6 +37,17 @@ def test_another_definition_is_not_resumed_and_what_differs_is_said(tmp_path):
     with pytest.raises(ValueError, match=r"exists and is not empty; accepted: .*--resume"):
         swept(tmp_path)
     assert contents(tmp_path) == before
+
+
+def test_a_sweep_that_could_not_begin_leaves_nothing(tmp_path, monkeypatch):
+    def full(*_: object) -> None:
+        raise OSError(28, "No space left on device")
+
+    with monkeypatch.context() as patched:
+        patched.setattr(cells, "write_whole", full)
+        with pytest.raises(OSError, match="No space"):
+            swept(tmp_path)
+    assert not list(tmp_path.iterdir())
 
 
 def test_a_directory_of_something_else_is_left_alone(tmp_path):

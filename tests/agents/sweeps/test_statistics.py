@@ -7,8 +7,9 @@ import numpy as np
 import pytest
 
 from stickslip.agents import SweepArrays
-from stickslip.agents.sweeps.data import drawn_axes, summary_table, write_pictures
+from stickslip.agents.sweeps.data import Panel, _maps, drawn_axes, summary_table, write_pictures
 from stickslip.agents.sweeps.plan import ENDINGS
+from stickslip.envs.rendering.sheet import make_sheet
 
 MU, LOAD, EPISODES = np.array([0.02, 0.04, 0.08, 0.16, 0.32]), np.array([0.0, 5.0, 10.0]), 8
 
@@ -54,3 +55,9 @@ def test_a_plot_is_drawn_of_what_varies(tmp_path: Path, axes: int):
     names = [one.name for one in write_pictures(found, tmp_path, ("slid", "walked"))]
     assert names == ["sweep.png"]
     assert (tmp_path / "sweep.png").stat().st_size > 10_000
+
+
+def test_maps_of_one_value_have_one_colour():
+    figure, axes = make_sheet(1, 2, (6, 3), "")
+    _maps(figure, axes, Panel("failures [%]", np.zeros((2, 5, 3))), MU, LOAD)
+    assert [axis.collections[0].get_clim() for axis in axes] == [(0, 1), (0, 1)]

@@ -25,6 +25,7 @@ from stickslip.agents.training.directory import (
 from stickslip.agents.training.run import best_evaluation, train
 from stickslip.agents.untrusted import pack
 from tests.agents.runs import TINY, assert_same_run
+from tests.asked import refusal
 from tests.documents import ROOT
 from tests.extras import SB3
 
@@ -117,12 +118,13 @@ def test_only_the_latest_and_the_best_checkpoint_are_kept(tmp_path: Path):
     assert kept == sorted({best_evaluation(trained.directory)[0], JAX.timesteps})
 
 
-def test_an_existing_directory_is_refused_and_stays_as_it_was(copy: Path, tmp_path: Path):
+def test_an_existing_directory_is_refused_and_stays_as_it_was(copy: Path, tmp_path: Path, capsys):
     before = {path: path.read_bytes() for path in copy.rglob("*") if path.is_file()}
     with pytest.raises(ValueError, match=r"exists and is not empty; accepted: .*--resume"):
         train(JAX, copy)
     with pytest.raises(ValueError, match="another configuration"):
         train(replace(JAX, seed=4), copy, resume=True)
+    assert "is a run of the biped" in refusal(capsys, "train", "ugv", "--resume", f"--out={copy}")
     foreign = tmp_path / "home"
     foreign.mkdir()
     (foreign / "thesis.tex").write_text("years of work")
