@@ -20,13 +20,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, Generic, NamedTuple, Self, Type
 
 import numpy as np
 
-from stickslip.dynamics.checks import (
-    require_choice,
-    require_kind,
-    require_known,
-    require_memory,
-    require_number,
-)
+from stickslip.dynamics import checks
 from stickslip.dynamics.pytrees import Lists, Number, given_state, read_only, require_one
 from stickslip.optim import GENERAL_METHODS
 
@@ -259,7 +253,7 @@ class Problem(ABC, Generic[R]):
         a power of two, so that few sizes are compiled. each: bytes that a point takes."""
         count = len(X) if np.ndim(X) else 0
         size = count and 1 << (count - 1).bit_length()
-        require_memory(f"X of {count} points", "members of a batch", size, each)
+        checks.require_memory(f"X of {count} points", "members of a batch", size, each)
         return count, [padded(of, size) for of in (self.batch(X), *others)]
 
     def point(self, x: Vector) -> Float[np.ndarray, "n"]:
@@ -423,15 +417,15 @@ def solve(
     point, of which alone is proved what it proves. progress: told on standard error. options: the
     method's own, see its function's docstring; ValueError lists them where one is unknown.
     """
-    require_kind("problem", problem, Problem, "a Problem, such as a PostureProblem")
+    checks.require_kind("problem", problem, Problem, "a Problem, such as a PostureProblem")
     known = methods_of(problem)
     if method is None:
         method = problem.default_method or next(iter(known))
-    require_choice("method", method, tuple(known))
+    checks.require_choice("method", method, tuple(known))
     for name, value in (("polish", polish), ("progress", progress)):
-        require_kind(name, value, bool, "True or False")
+        checks.require_kind(name, value, bool, "True or False")
     function = resolve_name(known[method].function)
-    require_known(options, options_of_method(known[method]), f"option of {method!r}")
+    checks.require_known(options, options_of_method(known[method]), f"option of {method!r}")
     if "polish" in inspect.signature(function).parameters:
         options["polish"] = polish
     return cast("R", function(problem, progress=progress, **options))
@@ -454,7 +448,7 @@ def as_floats(name: str, value: Any, accepted: str) -> np.ndarray:
     usual = type(value) is np.ndarray and value.dtype == float and value.size > 0
     if usual and np.isfinite(value).all():  # what optimisers ask with, again and again
         return value
-    require_number(name, value, accepted=accepted, dtype=np.float64)
+    checks.require_number(name, value, accepted=accepted, dtype=np.float64)
     return np.asarray(value, dtype=float)
 
 

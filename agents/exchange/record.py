@@ -19,13 +19,7 @@ import numpy as np
 
 from stickslip.agents.evaluation import players, rollout
 from stickslip.agents.machine import machine_by_name
-from stickslip.dynamics.checks import (
-    require_integer,
-    require_kind,
-    require_memory,
-    require_number,
-    shown,
-)
+from stickslip.dynamics import checks
 from stickslip.dynamics.lazily import require
 from stickslip.dynamics.pytrees import register_pytree
 from stickslip.envs.functional import horizon
@@ -102,18 +96,20 @@ def record(
     """
     defined = task_by_name(task)
     rollout.require_named("controllers", controllers, "{name: controller}")
-    require_number("noise", noise, low=0.0, high=1.0, accepted="shares from 0 to 1")
+    checks.require_number("noise", noise, low=0.0, high=1.0, accepted="shares from 0 to 1")
     if np.ndim(noise) > 1:
         raise ValueError(f"noise has shape {np.shape(noise)}; accepted: a row of shares")
     shares = np.atleast_1d(np.asarray(noise, float)).tolist()
     pairs: list[tuple[str, float]] = list(product(controllers, shares))
     most = rollout.MOST_EPISODES // len(pairs)
     accepted = f"an integer from 1 to {most}, for each of {len(pairs)} policies and noises"
-    require_integer("episodes", episodes, high=most, accepted=accepted)
-    require_integer("seed", seed, low=0, high=rollout.VALIDATION_SEEDS - len(pairs) * episodes)
+    checks.require_integer("episodes", episodes, high=most, accepted=accepted)
+    checks.require_integer(
+        "seed", seed, low=0, high=rollout.VALIDATION_SEEDS - len(pairs) * episodes
+    )
     if infos is not None:
-        require_kind("infos", infos, Callable, INFOS)  # pyright: ignore[reportArgumentType]
-    require_kind("regret", regret, bool, "True or False")
+        checks.require_kind("infos", infos, Callable, INFOS)  # pyright: ignore[reportArgumentType]
+    checks.require_kind("regret", regret, bool, "True or False")
     path = new_dataset(dataset)
     env, params = defined.make()
     told = [] if infos is None else [infos]
@@ -121,7 +117,7 @@ def record(
         told.append(machine_by_name(defined.machine).regrets(env, params))
     what = f"{len(pairs)} times {episodes} episodes"
     size = len(pairs) * episodes, horizon(params) * rollout.STEP_BYTES
-    require_memory(what, f"episodes of {horizon(params)} steps", *size)
+    checks.require_memory(what, f"episodes of {horizon(params)} steps", *size)
     rows, buffers = [], []
     for name, share in pairs:
         say_stage(f"recording {name}, noise {share:g}")
@@ -197,7 +193,7 @@ def _sums(buffers: Sequence[Any]) -> tuple[int, float, float]:
 
 def _checked(found: Any, rows: int) -> Mapping[str, np.ndarray]:
     """Infos of an episode, or ValueError."""
-    require_kind("infos(...)", found, Mapping, INFOS)
+    checks.require_kind("infos(...)", found, Mapping, INFOS)
     checked = {str(name): np.asarray(one) for name, one in found.items()}
     for name, one in checked.items():
         if name == "cost" or one.shape[:1] != (rows,) or one.dtype.kind not in "biuf":
@@ -211,11 +207,11 @@ def new_dataset(dataset: str) -> Path:
     require("minari", "a recording", extra="data")
     from minari.storage import get_dataset_path
 
-    require_kind("dataset", dataset, str, NAMES)
+    checks.require_kind("dataset", dataset, str, NAMES)
     if NAME.fullmatch(dataset) is None:
-        raise ValueError(f"dataset = {shown(dataset)}; accepted: {NAMES}")
+        raise ValueError(f"dataset = {checks.shown(dataset)}; accepted: {NAMES}")
     if not os.path.isabs(os.environ.get(ROOT, os.sep)):
-        raise ValueError(f"{ROOT} = {shown(os.environ[ROOT])}; accepted: an absolute path")
+        raise ValueError(f"{ROOT} = {checks.shown(os.environ[ROOT])}; accepted: an absolute path")
     root = Path(get_dataset_path())
     path = root / dataset
     within = [one for one in path.parents if (one / "data" / "metadata.json").exists()]

@@ -19,14 +19,7 @@ from zlib import crc32
 import jax
 import numpy as np
 
-from stickslip.dynamics.checks import (
-    nearest,
-    require_choice,
-    require_integer,
-    require_kind,
-    require_known,
-    shown,
-)
+from stickslip.dynamics import checks
 from stickslip.dynamics.pytrees import given_state, read_only, refuse_after_fork
 from stickslip.optim.function_problem import FunctionProblem
 from stickslip.optim.instances.objective import Objective
@@ -147,7 +140,7 @@ class Instance:
         """A fresh Objective, whose options these are: budget, seconds, seed, record."""
         own = {"problems": self.problems, "noisy": self.flags.noisy}
         names = [one.name for one in fields(Objective) if one.name not in own]
-        require_known(options, names, "option of an objective")
+        checks.require_known(options, names, "option of an objective")
         return Objective(**own, **options)
 
     @property
@@ -186,29 +179,31 @@ def suite(*families: str) -> dict[str, Instance]:
     Making them costs nothing: problems are built when they are used.
     """
     for one in families:
-        require_choice("family", one, FAMILIES)
+        checks.require_choice("family", one, FAMILIES)
     return {name: one for name, one in _all().items() if not families or one.family in families}
 
 
 def instance(name: str, seed: int | None = None) -> Instance:
-    """The instance with an id. ValueError, with the nearest ids, for an unknown one.
+    """The instance with an id. ValueError, with the checks.nearest ids, for an unknown one.
 
     seed: an instance whose machine, ground, limits and box are drawn near the usual ones. Its id
     ends in "-s" and the seed. Without `known` it may have no feasible point.
     """
-    require_kind("id", name, str, "an id of `suite()`")
+    checks.require_kind("id", name, str, "an id of `suite()`")
     if found := SEEDED.fullmatch(name):
         if seed is not None:
-            raise ValueError(f"id = {shown(name)} with seed = {shown(seed)}; accepted: one of them")
+            raise ValueError(
+                f"id = {checks.shown(name)} with seed = {checks.shown(seed)}; accepted: one of them"
+            )
         name, seed = found[1], int(found[2])
     if name not in _all():
-        near = nearest(name, _all())
+        near = checks.nearest(name, _all())
         raise ValueError(
-            f"id = {shown(name)} is unknown{near}; accepted: ids of `suite()`, NAME-s7"
+            f"id = {checks.shown(name)} is unknown{near}; accepted: ids of `suite()`, NAME-s7"
         )
     if seed is None:
         return _all()[name]
-    return _seeded(name, require_integer("seed", seed, low=1, high=MOST_SEED))
+    return _seeded(name, checks.require_integer("seed", seed, low=1, high=MOST_SEED))
 
 
 @lru_cache(maxsize=256)
