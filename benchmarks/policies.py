@@ -71,10 +71,10 @@ def usual(task: TaskDefinition) -> list[Any]:
     """USUAL with each of SEEDS."""
     kind: Any = machine_by_name(task.machine).configuration
     settings = dict(USUAL[task.machine])
-    scene = task.parameters.get("scene")
-    if isinstance(scene, dict) and "patches" in scene:  # not every place is as good as another
+    scene, drawn = (str(task.parameters.get(name)) for name in ("scene", "randomisation"))
+    if "patches" in scene:  # not every place is as good as another
         del settings["episode_time"]
-    if task.choices.get("see_motion") is False:
+    if task.choices.get("see_motion") is False or "robot" in drawn:
         settings |= {"history": 4, "start_rate": 6.0, "timesteps": 12_000_000}
     return [kind.of(task=task.name, seed=seed, **settings) for seed in SEEDS]
 

@@ -96,15 +96,10 @@ def as_episode(
 
 
 def _drawn(drawn: Drawn, params: BipedEnvParams) -> list[tuple[str, float, str]]:
-    """Floor and load that the reset drew for this episode."""
-    ranges, rows = params.randomisation, []
-    if ranges.friction is not None:
-        rows.append(("friction, drawn", float(drawn.friction), "× the floor's"))
-    if ranges.mass is not None:
-        rows.append(("masses, drawn", float(drawn.mass), "× the robot's"))
-    if ranges.payload is not None:
-        rows.append(("payload, drawn", float(drawn.payload), "kg"))
-    return rows
+    """What the reset drew for this episode."""
+    units = {"friction": "× the floor's", "mass": "× the robot's", "payload": "kg", "robot": "-"}
+    there = [name for name in units if getattr(params.randomisation, name) is not None]
+    return [(f"{name}, drawn", float(getattr(drawn, name)), units[name]) for name in there]
 
 
 def _events(frames: BipedFrame) -> tuple[Event, ...]:

@@ -20,7 +20,7 @@ from stickslip.dynamics.biped.safety import nearest_safe
 from stickslip.dynamics.checks import require_kind
 from stickslip.dynamics.pytrees import pytree_dataclass
 from stickslip.dynamics.scene import Uniform
-from stickslip.envs.biped.state import BipedEnvState, drawn_robot
+from stickslip.envs.biped.state import BipedEnvState, drawn_robot, unloaded_robot
 from stickslip.envs.functional import NON_NEGATIVE, POSITIVE, Range
 
 if TYPE_CHECKING:
@@ -163,7 +163,7 @@ class OutputFeedback(Ruled):
         angle, drawn = self._read(env_state, steps), env_params.randomisation
         ranges = {"payload": drawn.payload, "mass_factor": drawn.mass}
         loads = tuple(name for name, ends in ranges.items() if ends is not None)
-        robot = env_params.robot, env_params.unit_payload
+        robot = unloaded_robot(env_state.drawn, env_params)
 
         def one(mu: Array, belief: Belief) -> Belief:
             given = robot, Uniform(mu, ratio * mu), belief, memory.torque, period, angle

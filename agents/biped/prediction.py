@@ -284,10 +284,12 @@ class OptimalGait(Memoryless):
     def suited_to(self, env_params: BipedEnvParams) -> OptimalGait:
         """The controller with gaits of these parameters' robot, its motor at 90 % of its limit.
 
-        Its own one for the reference robot. ValueError where there are no gaits.
+        Its own one for the reference robot, and where robots are drawn. ValueError where there are
+        no gaits.
         """
         robot = env_params.robot.bare
-        if same_numbers(robot, BipedParams.from_bars()):
+        drawn = env_params.randomisation.robot is not None
+        if drawn or same_numbers(robot, BipedParams.from_bars()):
             return self
         limit = 0.9 * float(np.asarray(env_params.torque_limit))
         return replace(self, gaits=_gaits_of_text(robot_text(vars(robot)), limit))

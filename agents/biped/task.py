@@ -138,7 +138,8 @@ def label(task: BipedTask, scene: str | None) -> str:
     names = [one for one, ends in vars(params.randomisation).items() if ends is not None]
     drawn = [name for name in names if name not in ("phase", "crank_rate")]
     words += [f"random {', '.join(drawn).replace('_', ' ')}"] if drawn else []
-    if not tasks.same_numbers(params.robot.bare, BipedParams.from_bars()):
+    own = params.randomisation.robot is None
+    if own and not tasks.same_numbers(params.robot.bare, BipedParams.from_bars()):
         words.append(f"robot of {float(params.robot.bare.total_mass):.3g} kg")
     return ", ".join(words)
 

@@ -11,6 +11,7 @@ degree needs no piece to be looked up, but all its terms (`python -m benchmarks.
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
+from dataclasses import replace
 from typing import TYPE_CHECKING, NamedTuple
 
 import jax
@@ -25,7 +26,7 @@ if TYPE_CHECKING:
 
     from stickslip.dynamics.biped.params import BipedParams
     from stickslip.dynamics.biped.settings import Chebyshev, Table
-    from stickslip.dynamics.pytrees import Scalar
+    from stickslip.dynamics.pytrees import Integer, Scalar
 
 
 class ReducedInertia(NamedTuple):
@@ -147,6 +148,10 @@ class Inertia(ABC):
         """L and its slope alone, at `theta` [rad]."""
         return self.moment_at(theta)[:2]
 
+    def member(self, place: Integer) -> Inertia:
+        """Those of one robot of a batch [n]."""
+        return jax.tree.map(lambda leaf: leaf[place], self)
+
 
 @pytree_dataclass
 class ExactInertia(Inertia):
@@ -169,18 +174,23 @@ class TableInertia(Inertia):
     """M, P, Y"""
     moments: Float[Array, "pieces 3 powers"]
     """L and the mass moments sum m X, sum m y"""
+    place: Integer | None = None
+    """Of the robot, where the coefficients are those of a batch; only its pieces are read."""
 
     def at(self, theta: Scalar) -> ReducedInertia:
-        (M, P, Y), (dM, dP, dY) = _evaluate(self.momenta, theta)
+        (M, P, Y), (dM, dP, dY) = _evaluate(self.momenta, theta, self.place)
         return ReducedInertia(M, dM, P, dP, Y, dY)
 
     def moment_at(self, theta: Scalar) -> GroundMoment:
-        (L, X, Y), (dL, _, _) = _evaluate(self.moments, theta)
+        (L, X, Y), (dL, _, _) = _evaluate(self.moments, theta, self.place)
         return GroundMoment(L, dL, X, Y)
 
     def spin_at(self, theta: Scalar) -> tuple[Scalar, Scalar]:
-        (L,), (dL,) = _evaluate(self.moments[:, :1], theta)
+        (L,), (dL,) = _evaluate(self.moments[..., :1, :], theta, self.place)
         return L, dL
+
+    def member(self, place: Integer) -> TableInertia:
+        return replace(self, place=place)
 
 
 def fit_table(params: BipedParams, table: Table) -> TableInertia:
@@ -211,14 +221,15 @@ def fit_table(params: BipedParams, table: Table) -> TableInertia:
 
 
 def _evaluate(
-    coefficients: Float[Array, "pieces n powers"], theta: Scalar
+    coefficients: Float[Array, "*robots pieces n powers"], theta: Scalar, robot: Integer | None
 ) -> tuple[Float[Array, " n"], Float[Array, " n"]]:
     """Values and slopes of the n polynomials of one table at `theta` (Horner's rule)."""
-    pieces, _, powers = coefficients.shape
+    pieces, _, powers = coefficients.shape[-3:]
     scale = pieces / (links.SUPPORT_END - links.SUPPORT_START)
     place = (theta - links.SUPPORT_START) * scale
     piece = jnp.clip(jnp.floor(place), 0, pieces - 1)
-    row = coefficients[piece.astype(jnp.int32)]
+    piece_of = piece.astype(jnp.int32)
+    row = coefficients[piece_of] if robot is None else coefficients[robot, piece_of]
     u = jnp.clip(2 * (place - piece) - 1, -3.0, 3.0)
     value, slope = row[:, powers - 1], jnp.zeros_like(row[:, 0])
     for k in range(powers - 2, -1, -1):

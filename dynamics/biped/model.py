@@ -27,7 +27,7 @@ from stickslip.dynamics.checks import as_number, require_kind
 from stickslip.dynamics.scene import PAYLOAD
 
 if TYPE_CHECKING:
-    from stickslip.dynamics.pytrees import Flag, Scalar
+    from stickslip.dynamics.pytrees import Flag, Integer, Scalar
 
 
 def inertia_of(params: BipedParams, fidelity: settings.Fidelity) -> Inertia:
@@ -138,6 +138,11 @@ class BipedModel:
         one = jnp.ones_like(jnp.asarray(self.bare.payload))
         bare = replace(self.bare, mass=nothing, inertia=jnp.zeros_like(nothing), payload=one)
         return _derive(self.fidelity, bare)["fitted"]
+
+    def member(self, place: Integer) -> BipedModel:
+        """One robot of a batch [n], without a load; what was derived is not derived again."""
+        rest = jax.tree.map(lambda leaf: leaf[place], pytrees.rebuilt(self, fitted=None))
+        return pytrees.rebuilt(rest, fitted=self.fitted.member(place))
 
     def replace(self, **changes: Any) -> BipedModel:
         """The model of a robot with some fields of BipedParams changed, prepared for stepping."""

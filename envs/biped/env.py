@@ -11,7 +11,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from stickslip.dynamics.biped import BipedState, RK4Split, floor_position
+from stickslip.dynamics.biped import BipedParams, BipedState, RK4Split, floor_position
 from stickslip.dynamics.biped import contact as contacts
 from stickslip.dynamics.biped.recommendation import setting_of
 from stickslip.dynamics.biped.settings import Fidelity, Integrator, Setting, require_fidelity
@@ -106,7 +106,7 @@ class BipedEnv(FunctionalEnv[episode.BipedEnvState, BipedEnvParams]):
 
     ## Start
     At rest with both feet on the floor (theta = pi/2), unless `Randomisation` draws phase, crank
-    rate, friction, masses, payload, commanded rate or the place of the mark. With
+    rate, friction, masses, payload, commanded rate, the place of the mark or a robot. With
     `command_interval` the commanded rate is drawn again after each interval; the last step of an
     interval is rewarded by its own command.
 
@@ -152,6 +152,7 @@ class BipedEnv(FunctionalEnv[episode.BipedEnvState, BipedEnvParams]):
     params_kind, state_kind = BipedEnvParams, episode.BipedEnvState
     option_names = OPTIONS
     readers: ClassVar = {
+        "robot": lambda bars: BipedParams.from_bars(**bars),
         "scene": scene_from_plain,
         "randomisation": lambda given: Randomisation(**with_tuples(given)),
     }
@@ -309,8 +310,9 @@ class BipedEnv(FunctionalEnv[episode.BipedEnvState, BipedEnvParams]):
         from stickslip.envs.biped.picture import biped_frames, biped_picture
         from stickslip.envs.rendering.scene import paint
 
-        shown = biped_picture(biped_frames(states, infos, params), params.robot.params)
-        return partial(paint, shown)
+        drawn = jax.tree.map(lambda leaf: leaf[0], states.drawn)
+        robot = episode.drawn_robot(drawn, params).params
+        return partial(paint, biped_picture(biped_frames(states, infos, params), robot))
 
     def observation_bounds(self, params):
         """See FunctionalEnv; entries as in the class docstring."""
@@ -350,7 +352,7 @@ class BipedEnv(FunctionalEnv[episode.BipedEnvState, BipedEnvParams]):
         if isinstance(floor, Grip) or not (self.see_patch or self.see_friction):
             return []
         dtype = state.biped.crank_rate.dtype
-        place = floor_position(params.robot, state.biped)
+        place = floor_position(episode.drawn_robot(state.drawn, params), state.biped)
         here = contacts.patch_at(floor, place, jnp.ones((), dtype))
         seen = []
         if self.see_patch and isinstance(floor, Patches):

@@ -38,6 +38,7 @@ DRAWS: dict[str, dict[str, Any]] = {
     "crank_rate": {"accepted": "a finite rate [rad/s]"},
     "command_interval": {"low": SLACK},
     "mark": {"low": SLACK, "accepted": "a finite way > 0 [m]"},
+    "robot": {"low": 0.0},
 }
 """The rule of every draw."""
 OPTIONS = ("phase", "crank_rate", "mean_rate", "mark")
@@ -51,8 +52,8 @@ class Randomisation:
     friction: factor on every friction coefficient. mass: factor on every mass and inertia. payload:
     mass added to the hip [kg]. mean_rate [rad/s]. phase [rad], crank_rate [rad/s]: how the
     episode begins. command_interval: time after which the commanded rate is drawn anew, again and
-    again [s]; one number for each episode. mark: way to the mark [m], of a task that has one. What
-    is None is not compiled in.
+    again [s]; one number for each episode. mark: way to the mark [m], of a task that has one.
+    robot: places in a batch of robots [n], whole numbers from 0. What is None is not compiled in.
     """
 
     friction: functional.Range | None = None
@@ -63,6 +64,7 @@ class Randomisation:
     crank_rate: functional.Range | None = None
     command_interval: functional.Range | None = None
     mark: functional.Range | None = None
+    robot: functional.Range | None = None
 
     def validate(self) -> Randomisation:
         """Return self, or raise ValueError naming the range."""
@@ -161,6 +163,10 @@ class BipedEnvParams:
                 "mark is drawn in a task without one; accepted: with mark, which it takes the "
                 "place of, and mark_width"
             )
+        places, count = self.randomisation.robot, (0, *np.shape(self.robot.own_mass))[-1]
+        if places is not None and count == 0:
+            raise ValueError("robot is drawn, but there is one; accepted: with a batch of robots")
+        functional.require_range("robot", places, 0.0, high=count - 1)
         if isinstance(self.scene.floor, Grip) and self.randomisation.friction is not None:
             raise ValueError("friction cannot be drawn on a grip floor; accepted: None")
         if checks.is_concrete(self.robot.closes) and not np.all(np.asarray(self.robot.closes)):

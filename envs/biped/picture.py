@@ -232,7 +232,7 @@ def _seen(states: BipedEnvState, params: BipedEnvParams):
     """Place and friction of the supporting foot [n], and the episode's floor and weight [N]."""
     drawn = jax.tree.map(lambda leaf: leaf[0], states.drawn)  # by a reset
     robot, floor = drawn_robot(drawn, params), drawn_scene(drawn, params).floor
-    seen = jax.vmap(lambda state: under_foot(params.robot, floor, state.biped))(states)
+    seen = jax.vmap(lambda state: under_foot(robot, floor, state.biped))(states)
     return *seen, floor, robot.total_mass * robot.gravity
 
 

@@ -28,6 +28,7 @@ if TYPE_CHECKING:
     from jaxtyping import Array, Bool, Float, Int
 
     from stickslip.dynamics.biped import Contact
+    from stickslip.dynamics.biped.model import Inertia
     from stickslip.envs.biped.params import BipedEnvParams
 
 
@@ -133,6 +134,8 @@ class Drawn(NamedTuple):
     commands: Commands | None = None
     mark: Array | None = None
     """Distance of the mark ahead of the centre of mass's start [m]; None without one."""
+    robot: Array | None = None
+    """Place in the batch of robots; None without one."""
 
 
 def draw(key: Array, params: BipedEnvParams) -> tuple[Drawn, Array, Array]:
@@ -144,6 +147,10 @@ def draw(key: Array, params: BipedEnvParams) -> tuple[Drawn, Array, Array]:
         if bounds is None:
             return jnp.asarray(otherwise, dtype)
         return uniform(jax.random.fold_in(key, index), bounds, dtype)
+
+    def whole(index: int, bounds: Range) -> Array:
+        low, high = (jnp.asarray(bound).astype(jnp.int32) for bound in bounds)
+        return jax.random.randint(jax.random.fold_in(key, index), (), low, high + 1)
 
     commands = None
     if ranges.command_interval is not None and ranges.mean_rate is not None:
@@ -157,6 +164,7 @@ def draw(key: Array, params: BipedEnvParams) -> tuple[Drawn, Array, Array]:
         mean_rate=one(3, ranges.mean_rate, params.mean_rate),
         commands=commands,
         mark=None if params.mark is None else one(8, ranges.mark, params.mark),
+        robot=None if ranges.robot is None else whole(9, ranges.robot),
     )
     phase = one(4, ranges.phase, SUPPORT_START)
     phase = jnp.clip(phase, SUPPORT_START, SUPPORT_END)
@@ -175,11 +183,19 @@ def commanded_at(drawn: Drawn, duration: Array) -> Drawn:
 
 
 def drawn_robot(drawn: Drawn, params: BipedEnvParams) -> BipedModel:
-    """The robot with the masses that the reset drew."""
-    ranges = params.randomisation
+    """The robot that the reset drew, with the masses that it drew."""
+    ranges, (robot, unit) = params.randomisation, unloaded_robot(drawn, params)
     if ranges.mass is None and ranges.payload is None:
-        return params.robot
-    return load(params.robot, params.unit_payload, drawn.mass, drawn.payload)
+        return robot
+    return load(robot, unit, drawn.mass, drawn.payload)
+
+
+def unloaded_robot(drawn: Drawn, params: BipedEnvParams) -> tuple[BipedModel, Inertia | None]:
+    """The robot that the reset drew, without the masses, and the inertia of 1 kg on its hip."""
+    robot, unit = params.robot, params.unit_payload
+    if drawn.robot is None:
+        return robot, unit
+    return robot.member(drawn.robot), None if unit is None else unit.member(drawn.robot)
 
 
 def drawn_scene(drawn: Drawn, params: BipedEnvParams) -> Scene:

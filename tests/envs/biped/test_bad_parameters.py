@@ -56,6 +56,7 @@ def test_unknown_fields_are_refused():
         ({"mass": (1.0, np.nan)}, r"mass = nan is not accepted"),
         ({"phase": (2.0, 5.0)}, r"phase = 5\.0 is not accepted; .*high <= 4\.71"),
         ({"phase": (1.0,)}, r"phase = \(1\.0,\) is no range; accepted: \(low, high\)"),
+        ({"robot": (0, 1)}, r"robot is drawn, but there is one; accepted: with a batch"),
     ],
 )
 def test_a_bad_range_is_named_with_what_is_accepted(ranges, message):

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from stickslip.dynamics.biped import BipedParams
-from stickslip.envs import BipedEnv, BipedEnvParams, Randomisation
+from stickslip.envs import BipedEnv, Randomisation
 from tests.envs.helpers import RANGES, actions, rollout, task
 
 NAMES = [one.name for one in fields(Randomisation) if getattr(RANGES, one.name) is not None]
@@ -78,28 +78,36 @@ def test_one_range_alone_draws_one_thing_alone(name):
     assert {key for key in one if one[key] != other[key]} == {name}
 
 
+CRANKS = (0.027, 0.030, 0.033)
+
+
 @lru_cache
-def loaded_task(mass: float, payload: float) -> tuple[BipedEnv, BipedEnvParams]:
-    """Every reset draws exactly this mass factor and this payload."""
-    ranges = Randomisation(mass=(mass, mass), payload=(payload, payload))
-    env = BipedEnv()
-    return env, env.make_params(randomisation=ranges, dtype=jnp.float64)
+def drawn_task(mass: float, payload: float, place: int, fidelity: str):
+    """Every reset draws exactly this load, and the robot at this place."""
+    ranges = Randomisation(mass=(mass, mass), payload=(payload, payload), robot=(place, place))
+    env, robots = BipedEnv(fidelity=fidelity), BipedParams.from_bars(CRANKS)  # type: ignore[arg-type]
+    return env, env.make_params(robot=robots, randomisation=ranges, dtype=jnp.float64)
 
 
-def rebuilt_task(mass: float, payload: float) -> tuple[BipedEnv, BipedEnvParams]:
-    """A robot built with these masses from the start."""
-    bare = BipedParams.from_bars(dtype=jnp.float64)
+def rebuilt_task(mass: float, payload: float, place: int, fidelity: str):
+    """That robot alone, built with these masses from the start."""
+    bare = BipedParams.from_bars(CRANKS[place], dtype=jnp.float64)
     heavy = bare.replace(mass=bare.mass * mass, inertia=bare.inertia * mass, payload=payload)
-    env = BipedEnv()
+    env = BipedEnv(fidelity=fidelity)  # type: ignore[arg-type]
     return env, env.make_params(robot=heavy, dtype=jnp.float64)
 
 
-@pytest.mark.long
-@pytest.mark.parametrize(("mass", "payload"), [(1.0, 0.0), (1.3, 0.0), (0.7, 0.8), (1.2, 2.0)])
-def test_a_drawn_load_walks_as_a_robot_built_with_it(float64, mass, payload):
+LOADS = [(1.3, 0.0, 1, "table"), (1.0, 1.0, 0, "reduced"), (1.2, 2.0, 1, "chebyshev")]
+
+
+@pytest.mark.parametrize(
+    ("mass", "payload", "place", "fidelity"),
+    [*(pytest.param(*one, marks=pytest.mark.long) for one in LOADS), (0.9, 1.0, 2, "table")],
+)
+def test_what_is_drawn_walks_as_a_robot_built_so(float64, mass, payload, place, fidelity):
     given = actions(0.2)[:, :]
-    one = rollout(*loaded_task(mass, payload), given)
-    other = rollout(*rebuilt_task(mass, payload), given)
+    one = rollout(*drawn_task(mass, payload, place, fidelity), given)
+    other = rollout(*rebuilt_task(mass, payload, place, fidelity), given)
     assert one.info["slid"].any()
     for name in ("obs", "reward", "terminated", "truncated"):
         np.testing.assert_allclose(getattr(one, name), getattr(other, name), atol=1e-7)
