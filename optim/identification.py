@@ -217,8 +217,9 @@ class _Search:
         self.static = tuple(name for name in LOADS if name in asked), RK4Split(substeps=substeps)
         few = slice(0, LEAST_ROWS // 2)
         begun = log.times[few] - log.times[0]
-        rate, angle = np.polyfit(begun, log.angles[few], 1)
-        self.began = angle, rate, np.array([3 * noise, START + 6 * noise / begun[-1]])
+        fits = [np.polyfit(begun, log.angles[few], degree)[:-3:-1] for degree in (2, 3)]
+        usual = np.array([3 * noise, START + 6 * noise / begun[-1]])
+        self.began = *fits[0], usual + np.abs(fits[1] - fits[0])
         self.asked, self.noise, self.random = asked, noise, np.random.default_rng(seed)
         self.means, prior = np.array(list(UNKNOWNS.values())).T
         self.prior = self.spread = prior * [name in asked for name in UNKNOWNS]

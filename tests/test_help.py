@@ -6,8 +6,8 @@ from dataclasses import fields
 
 import pytest
 
-from stickslip.agents.biped.machine import BIPED_BASELINES, TrainConfig
-from stickslip.agents.ugv.machine import TRACK_NAMES, UGV_BASELINES, UGVTrainConfig
+from stickslip.agents.biped.machine import BipedMachine, TrainConfig
+from stickslip.agents.ugv.machine import TRACK_NAMES, UGVMachine, UGVTrainConfig
 from stickslip.cli import COMMANDS, OK, main, make_parser
 from stickslip.commands import EXAMPLES, GROUPS
 from stickslip.dynamics.names import SCENES
@@ -37,7 +37,7 @@ def test_help_names_every_field_of_the_configuration(capsys):
 def test_help_names_what_may_be_named(capsys):
     for command in ("evaluate", "view"):
         shown = help_of(capsys, command)
-        for names in (BIPED_BASELINES, UGV_BASELINES, SCENES, TRACK_NAMES, CRITERIA):
+        for names in (BipedMachine.baselines, UGVMachine.baselines, SCENES, TRACK_NAMES, CRITERIA):
             assert all(name in shown for name in names)
     assert ", ".join(SCENES) in help_of(capsys, "train", "biped")
     shown = help_of(capsys, "train", "ugv")

@@ -105,16 +105,6 @@ class TrainConfig(Configuration):
             )
 
 
-BIPED_BASELINES = {
-    "constant-torque": "biped.controllers:ConstantTorque",
-    "crank-speed-pi": "biped.controllers:CrankSpeedPI",
-    "computed-torque": "biped.prediction:ComputedTorque",
-    "optimal-gait": "biped.prediction:OptimalGait",
-    "stop-at-mark": "biped.controllers:StopAtMark",
-    "output-feedback": "biped.output_feedback:OutputFeedback",
-}
-
-
 class BipedMachine(Machine["BipedEnv", "BipedEnvParams", TrainConfig]):
     """PASIBOT: its scenes are floors."""
 
@@ -126,7 +116,14 @@ class BipedMachine(Machine["BipedEnv", "BipedEnvParams", TrainConfig]):
         *("stickslip.dynamics.biped.inertia", "stickslip.dynamics.biped.settings"),
         *("stickslip.dynamics.scene", "stickslip.envs.biped.env", "stickslip.envs.biped.params"),
     )
-    baselines = BIPED_BASELINES
+    baselines: ClassVar = {
+        "constant-torque": "biped.controllers:ConstantTorque",
+        "crank-speed-pi": "biped.controllers:CrankSpeedPI",
+        "computed-torque": "biped.prediction:ComputedTorque",
+        "optimal-gait": "biped.prediction:OptimalGait",
+        "stop-at-mark": "biped.controllers:StopAtMark",
+        "output-feedback": "biped.output_feedback:OutputFeedback",
+    }
     scenes = SCENES
     axes: ClassVar = {
         "mu": "static and kinetic friction of one floor",

@@ -108,9 +108,11 @@ def with_options(task: BipedTask, options: Options, scene: str | None, viewed: b
         given["scene"] = replace(given["scene"], floor=Scene.named(scene).floor)
         drawn = replace(drawn, friction=None)
     path, changes, bare = options["robot"], options.get("changes"), given["robot"]
-    if path is None and changes and not tasks.same_numbers(bare, BipedParams.from_bars()):
+    reference = drawn.robot is not None or tasks.same_numbers(bare, BipedParams.from_bars())
+    if path is None and changes and not reference:
         path = robot_text(vars(bare))
     own = tasks.own_machine(BipedParams, "robot", path, changes)
+    drawn = replace(drawn, robot=None) if "robot" in own else drawn
     given["robot"] = own.pop("robot", bare)
     given |= {"numbers": given["numbers"] | own, "randomisation": drawn}
     env, params = build(**given)
@@ -217,15 +219,16 @@ def _field_of(place: str) -> str:
 
 
 def swept_parts(params: BipedEnvParams) -> dict[str, PyTree]:
-    """See Swept; bars: the arguments of `BipedParams.from_bars` that make the robot."""
+    """See Swept; bars: the arguments of `from_bars` that make the robot, unless one is drawn."""
     payload = 0.0 if params.scene.payload is None else params.scene.payload
-    robot = params.robot.bare
+    robot, own = params.robot.bare, params.randomisation.robot is None
+    bars = bars_of(robot) if own else {}
     return {
         "task": _numbers_of(params),
         "scene": {**vars(params.scene.floor), "payload": payload},
-        "robot": vars(robot),
+        "robot": vars(robot) if own else {},
         "randomisation": params.randomisation,
-        "bars": {name.removeprefix("bars."): value for name, value in bars_of(robot).items()},
+        "bars": {name.removeprefix("bars."): value for name, value in bars.items()},
     }
 
 

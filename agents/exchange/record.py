@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import re
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence, Set
 from dataclasses import dataclass
 from functools import partial
 from importlib.metadata import version
@@ -40,7 +40,7 @@ EPISODES, FIRST_SEED = 30, 2**20
 smaller, those of validation episodes greater."""
 ROOT, NAME = "MINARI_DATASETS_PATH", re.compile(r"(?:[\w-][\w/-]*[\w-]/)?[\w-]+-v\d+")
 NAMES = "name-v0 or namespace/name-v0, of letters, digits, - and _, two and more in a namespace"
-INFOS = "a function of an episode and its seed that returns arrays [length + 1] by names, not cost"
+INFOS = "a function of an episode and its seed that returns arrays [length + 1] by new names"
 Infos: TypeAlias = Callable[[rollout.Rollout[Any], int], Mapping[str, np.ndarray]]
 """Further infos [length + 1] of a trimmed episode and its seed; the first row is the reset's."""
 
@@ -169,7 +169,7 @@ def _buffer(played: rollout.Rollout, seed: int, infos: Sequence[Infos]) -> Any:
 
     more = {}
     for told in infos:
-        more |= _checked(told(played, seed), 1 + int(played.length))
+        more |= _checked(told(played, seed), 1 + int(played.length), {"cost", *more})
     made: dict[str, Any] = {
         "observations": np.concatenate([played.start_obs[None], played.obs]),
         "actions": played.action,
@@ -191,13 +191,13 @@ def _sums(buffers: Sequence[Any]) -> tuple[int, float, float]:
     return steps, earned, cost
 
 
-def _checked(found: Any, rows: int) -> Mapping[str, np.ndarray]:
-    """Infos of an episode, or ValueError."""
+def _checked(found: Any, rows: int, taken: Set[str]) -> Mapping[str, np.ndarray]:
+    """Infos of an episode, or ValueError, also for a name that is taken."""
     checks.require_kind("infos(...)", found, Mapping, INFOS)
     checked = {str(name): np.asarray(one) for name, one in found.items()}
     for name, one in checked.items():
-        if name == "cost" or one.shape[:1] != (rows,) or one.dtype.kind not in "biuf":
-            raise ValueError(f"infos: {name!r} has shape {one.shape}; accepted: {INFOS}")
+        if name in taken or one.shape[:1] != (rows,) or one.dtype.kind not in "biuf":
+            raise ValueError(f"infos: {name!r} of shape {one.shape}; accepted: {INFOS}")
     return checked
 
 

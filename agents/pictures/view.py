@@ -6,7 +6,7 @@ from dataclasses import dataclass, field, replace
 from html import escape
 from importlib.util import find_spec
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from stickslip.agents.evaluation import rollout
 from stickslip.agents.evaluation.players import common_task, machine_of, places_of, read_named
@@ -25,7 +25,7 @@ from stickslip.records.files import require_suffix, require_writable, write_whol
 
 TALL = 860
 """Height of a page in a notebook [px]."""
-MOST_PLAYERS = 8
+PLAYERS: dict[str, Any] = {"high": 8, "accepted": "1 to 8 on a page"}
 """Side by side on a page."""
 PAGES = (".html", ".htm")
 
@@ -69,7 +69,7 @@ def show(
     require_integer("seed", seed, low=0, high=2**32 - 1)
     named: Mapping[str, Player[State, Params]]
     named = players if isinstance(players, Mapping) else {type(players).__name__: players}
-    _require_players(len(named))
+    require_integer("players", len(named), **PLAYERS)
     rollout.require_places(env, {"params": params})
     named = {name: rollout.validated(f"players[{name!r}]", one) for name, one in named.items()}
     alone, label = rollout.without_resets(env), type(env).__name__
@@ -98,14 +98,14 @@ def view_command(given: Options) -> None:
     require_integer("seed", given["seed"], low=0, high=2**32 - 1)
     if not 0.02 <= given["seconds"] <= 3600:  # false for NaN, too
         raise ValueError(f"seconds = {given['seconds']}; accepted: 0.02 to 3600")
-    _require_players(len(asked))
+    require_integer("players", len(asked), **PLAYERS)
     named = read_named(asked)
     machine = machine_of(named)
     if machine.viewed_scene and all(one.policy is None for one in named.values()):
         given = {**given, "scenes": given["scenes"] or [machine.viewed_scene]}
     places, task = places_of(named, given, viewed=True), common_task(named, given)
     count = sum(len(place.who) for place in places)
-    _require_players(count)
+    require_integer("players", count, **PLAYERS)
     path = Path(given["out"] or _file_name(asked[0], places[0].label, task))
     is_page = path.suffix.lower() in PAGES
     if not is_page:
@@ -130,11 +130,6 @@ def view_command(given: Options) -> None:
         write_film(one.env, one.episode, one.params, path, machine.frames, given["seconds"], True)
     print("\n".join(lead))
     print(f"Written: {path}")
-
-
-def _require_players(count: int) -> None:
-    if not 1 <= count <= MOST_PLAYERS:
-        raise ValueError(f"{count} to show; accepted: 1 to {MOST_PLAYERS} on a page")
 
 
 def _file_name(who: str, place: str, task: str | None) -> str:

@@ -10,7 +10,7 @@ anew there goes on with other random numbers.
 import math
 import shlex
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from contextlib import ExitStack
 from dataclasses import replace
 from functools import partial
@@ -193,8 +193,10 @@ class _Training:
         played = play_unseen(self.task.env, policy, *given)
         row, self.evaluated = row_of_test(self.measures.columns, played), True
         self.evaluations.append(at, {"seconds": self.seconds} | row)
-        line = evaluation_line(self.machine, row).replace("nan", "  -")
-        self._say(f"{at:>10,} steps  {line}")
+        line = f"score {row[SCORES[0]]:6.3f}  " if SCORES[0] in row else ""
+        names = (name for name in dict.fromkeys((*self.machine.evaluated, COST)) if name in row)
+        line += "  ".join(f"{name.replace('_', ' ')} {row[name]:.4g}" for name in names)
+        self._say(f"{at:>10,} steps  {line.replace('nan', '  -')}")
 
     def _tidy(self) -> None:
         """Keep the latest checkpoints and the best, whose policy becomes the run's; before the
@@ -222,13 +224,6 @@ def best_evaluation(directory: Path) -> tuple[int, float]:
         merits = [(kept, one if kept else -cost) for kept, one, cost in each]
     best = max(zip(merits, steps, earned, strict=True), default=(None, 0, -math.inf))
     return int(best[1]), best[2]
-
-
-def evaluation_line(machine: Machine, row: Mapping[str, float]) -> str:
-    """An evaluation in a line."""
-    score = f"score {row[SCORES[0]]:6.3f}  " if SCORES[0] in row else ""
-    given = (name for name in dict.fromkeys((*machine.evaluated, COST)) if name in row)
-    return score + "  ".join(f"{name.replace('_', ' ')} {row[name]:.4g}" for name in given)
 
 
 def measures_of(machine: Machine, config: Configuration, env: AnyEnv) -> Measures:

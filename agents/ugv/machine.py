@@ -112,13 +112,6 @@ def require_ground(name: str) -> None:
         )
 
 
-UGV_BASELINES = {
-    "fixed-posture": "ugv.controllers:FixedPosture",
-    "level-body": "ugv.controllers:LevelBody",
-    "optimum": "ugv.controllers:Optimum",
-}
-
-
 class UGVMachine(Machine["UGVEnv", "UGVEnvParams", UGVTrainConfig]):
     """The vehicle on legs: its scenes are grounds."""
 
@@ -131,7 +124,11 @@ class UGVMachine(Machine["UGVEnv", "UGVEnvParams", UGVTrainConfig]):
         *("stickslip.dynamics.ugv.ground.spline", "stickslip.dynamics.ugv.track"),
         *("stickslip.envs.ugv.env", "stickslip.envs.ugv.randomisation"),
     )
-    baselines = UGV_BASELINES
+    baselines: ClassVar = {
+        "fixed-posture": "ugv.controllers:FixedPosture",
+        "level-body": "ugv.controllers:LevelBody",
+        "optimum": "ugv.controllers:Optimum",
+    }
     scenes, scene_files = TRACK_NAMES, "or a file of points"
     axes: ClassVar = {
         "friction": "between wheels and ground",

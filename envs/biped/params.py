@@ -163,17 +163,20 @@ class BipedEnvParams:
                 "mark is drawn in a task without one; accepted: with mark, which it takes the "
                 "place of, and mark_width"
             )
-        places, count = self.randomisation.robot, (0, *np.shape(self.robot.own_mass))[-1]
-        if places is not None and count == 0:
-            raise ValueError("robot is drawn, but there is one; accepted: with a batch of robots")
-        functional.require_range("robot", places, 0.0, high=count - 1)
+        places, batch = self.randomisation.robot, np.shape(self.robot.own_mass)
+        whole = not checks.is_concrete(places) or not np.any(np.asarray(places or 0) % 1)
+        if places is not None and (len(batch) != 1 or not whole):
+            accepted = f"whole numbers, places in a batch of robots (n,), not {batch}"
+            raise ValueError(f"robot = {checks.shown(places)}; accepted: {accepted}")
+        functional.require_range("robot", places, 0.0, high=(*batch, 0)[0] - 1)
         if isinstance(self.scene.floor, Grip) and self.randomisation.friction is not None:
             raise ValueError("friction cannot be drawn on a grip floor; accepted: None")
         if checks.is_concrete(self.robot.closes) and not np.all(np.asarray(self.robot.closes)):
             raise ValueError("robot: its linkage cannot close; accepted: one that closes")
         even = self.robot.symmetric
         if not (checks.is_concrete(even) and np.all(np.asarray(even))):
-            require_exchange(self.robot.params, self.scene)  # says by how much it is not
+            robot = self.robot if places is None else self.robot.member(jnp.argmin(even))
+            require_exchange(robot.params, self.scene)  # says by how much it is not
         return self
 
 

@@ -15,7 +15,7 @@ from stickslip.dynamics.pytrees import Lists, Number, read_only, settle
 from stickslip.optim.gait import METHODS
 from stickslip.optim.gait.convex.grid_problem import UNITS, GridProblem, Program, finite_margins
 from stickslip.optim.gait.gait import Gait, GaitResult, Goal, goal_of
-from stickslip.optim.gait.profile import ROBOT, Grid, Profiles, mark_of, robot_of
+from stickslip.optim.gait.profile import LEAST_END, ROBOT, Grid, Profiles, mark_of, robot_of
 from stickslip.optim.problem import (
     FEASIBLE,
     Evaluation,
@@ -38,7 +38,7 @@ NODE = 20_000
 """Bytes that a node takes while a program is built and solved, about."""
 MEMBER = 500
 """Bytes that each number of a gait takes in a batch, about."""
-LEAST_CELLS, MOST_STEPS, LEAST_END = 8, 1000, 0.01
+LEAST_CELLS, MOST_STEPS = 8, 1000
 CAP = 20.0
 """Crank rates up to this many times the lift-off rate are searched, where no limit is given."""
 TORQUES = 30.0

@@ -28,6 +28,8 @@ MISMATCH = 1e-6
 lengths are allowed their own rounding."""
 ROBOT = "a BipedParams of one robot (carry a payload in params.payload)"
 WAY = "a finite number > 0 [m], with steps_taken = None"
+LEAST_END = 0.01
+"""Least crank angle of a last step [rad]."""
 POINTS = 4
 """Gauss-Legendre points in each cell, for bounds on every gait."""
 DEGREE, SAMPLES = 6, 400
@@ -284,14 +286,14 @@ def robot_of(params: BipedParams, steps: int, periodic: bool) -> Robot:
 
 def mark_of(params: BipedParams, distance: Any) -> tuple[int, float]:
     """Steps begun, and crank angle past the last one's beginning [rad], where the centre of mass is
-    a distance [m] from where it was when a step began."""
+    a distance [m] from where it was when a step began; of a nearer mark LEAST_END."""
     require_scalar("distance", distance, low=0.0, strict=True, accepted=WAY)
     profiles = Profiles(params, robot_of(params, 1, False), Grid(1, 500))
     robot, turned, X = profiles.robot, profiles.grid.theta[0] - SUPPORT_START, profiles.nodes.X[0]
     steps = max(1, int(np.ceil(distance / robot.step_length - 1e-6)))
     ahead = CubicSpline(turned, (X - X[0]) / robot.mass)
     found = ahead.solve(distance - (steps - 1) * robot.step_length, extrapolate=False)
-    return steps, float(found[0]) if len(found) else np.pi
+    return steps, max(float(found[0]), LEAST_END) if len(found) else np.pi
 
 
 @float64_program

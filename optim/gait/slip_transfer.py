@@ -20,7 +20,7 @@ from stickslip.dynamics.checks import require_integer, require_kind, shown
 from stickslip.dynamics.pytrees import float64_program, read_only
 from stickslip.dynamics.status import Status
 from stickslip.optim.gait.gait import TIME, TORQUE, WORK
-from stickslip.optim.gait.problem import LEAST_END, GaitProblem
+from stickslip.optim.gait.problem import GaitProblem
 from stickslip.optim.gait.profile import Grid, Profile, Profiles, mark_of
 from stickslip.optim.gait.replay import Replay, replay
 from stickslip.optim.gait.sliding import NEVER, Limits, Passage, Place, SlidingLaw, over_cell
@@ -175,7 +175,7 @@ def _to_mark(
             return found
         ahead += off
         steps, end = mark_of(problem.params, max(ahead, AT_MARK))
-        moved = replace(problem, steps_taken=steps, end_phase=max(end, LEAST_END))
+        moved = replace(problem, steps_taken=steps, end_phase=end)
     return replace(found, feasible=False, value=np.inf)
 
 

@@ -5,6 +5,7 @@ from dataclasses import asdict
 from typing import Any
 
 from stickslip.agents.policy.file import Record, every_record, record_of
+from stickslip.dynamics.checks import shown
 from stickslip.envs.tasks.definition import TASKS, WITHDRAWN, TaskDefinition, task_by_name
 from stickslip.envs.tasks.known import OVER, Interval, episodes_digest, measured
 from stickslip.records.table import Column, Content, Table, with_unit
@@ -61,6 +62,7 @@ def in_words(facts: Mapping[str, Any], depth: int = 0) -> str:
             lines.append("".join([f"{margin}{name}:\n", *(f"{margin}  {row}\n" for row in rows)]))
         elif value is not None and name != "returns":
             text = f"{value:.6g}" if isinstance(value, float) else str(value)
+            text = shown(value) if isinstance(value, list) and len(value) > 16 else text
             if isinstance(value, Interval):
                 text = value.shown(3) if value.value == value.value else OVER
             lines.append(f"{margin}{name} = {text}\n")

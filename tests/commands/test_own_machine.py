@@ -4,9 +4,12 @@ import json
 
 import pytest
 
+from stickslip.agents.biped.task import swept, with_options
+from stickslip.agents.protocol import Task
 from stickslip.cli import main
 from stickslip.dynamics.biped import BipedParams
 from stickslip.dynamics.ugv import UGVParams
+from stickslip.envs import task_by_name
 from tests.asked import tells
 
 
@@ -70,3 +73,15 @@ def test_a_sweep_of_another_robot_is_not_resumed(tmp_path, capsys):
     assert main([*sweep, "--set", "robot.hip_mass=2"]) == 0
     assert main([*sweep, "--resume"]) == 2
     assert main([*sweep, "--resume", "--set", "robot.hip_mass=2"]) == 0
+
+
+def test_what_options_and_axes_set_of_a_task_that_draws_robots():
+    task = Task(*task_by_name("BipedRobots-v0").make())
+    given = {"robot": None, "start": None, "changes": {"robot.hip_mass": "2"}}
+    given["numbers"] = {"payload": 1.0}
+    params = with_options(task, given, None, viewed=False).params
+    assert (params.randomisation.robot, params.randomisation.payload) == (None, None)
+    assert float(params.robot.bare.mass[-1]) == 2.0
+    assert float(swept().changed(task.params, {"mean_rate": 4.0}).mean_rate) == 4.0
+    with pytest.raises(ValueError, match=r"'robot.crank_length' is no number of this task"):
+        swept().changed(task.params, {"robot.crank_length": 0.03})

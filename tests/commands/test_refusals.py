@@ -43,7 +43,7 @@ REFUSED = {
     "simulate ugv --posture nowhere.csv": "nowhere.csv",
     "simulate ugv --posture a.csv --set start=1": "start with --posture",
     "view computed-torque crank-speed-pi --out a.gif": "a.gif of 2 episodes; accepted: several in",
-    f"view {'computed-torque ' * 9}--out a.html": "9 to show",
+    f"view {'computed-torque ' * 9}--out a.html": "players = 9; accepted: 1 to",
     "reproduce fig11 --samples 3": "samples = 3; accepted: 24 to 2400",
     "simulate biped --torque 1 --torqe 1": "--torqe (did you mean --torque?)",
     "train biped --set timesteps=1": "--set timesteps is a flag; accepted: --timesteps VALUE",

@@ -62,6 +62,16 @@ def test_neither_wrong_angles_nor_uneven_rows_count_as_noise(uneven):
     assert WalkLog(times, 0 * times, angles).noise == pytest.approx(2e-4, rel=0.15)
 
 
+def test_the_first_rows_of_a_start_tell_where_it_begins_and_how_well():
+    times = 0.01 * np.arange(30)
+    angles = 1.5 + 3.0 * times + 45 * times**2 + 100 * times**3  # 14 rad/s in the tenth row
+    with jax.enable_x64(True):
+        log = WalkLog(times, 0 * times, angles)
+        angle, rate, known = identification._Search(BipedParams.from_bars(), log, (), 1e-4, 0).began
+    assert abs(angle - 1.5) < known[0] < 0.1
+    assert abs(rate - 3.0) < known[1] < 2.0
+
+
 def test_a_gap_changes_neither_the_noise_nor_the_filters_rows():
     times = 0.005 * np.arange(200)
     angles = 2.0 + 3 * times + 1e-3 * np.random.default_rng(0).standard_normal(200)

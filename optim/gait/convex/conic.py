@@ -107,29 +107,37 @@ def within_motor(free: Answer) -> Answer:
 
     By the convex-concave procedure: the limits' tangents about a gait leave only gaits within the
     limits, and that gait if it is one. So the best gait of the program is no worse, and tangents
-    are laid about it next. Where those about `free` leave no gait, the search begins at the gait
-    that exceeds them least. The answer exceeds the limits where that search ends at one that does.
+    are laid about it next. Where those leave no gait, the search goes on at the one that exceeds
+    them least. It begins at `free` and at a slow gait. If both end beyond the limits, so does this.
     """
-    gait, best, before = free.gait, None, np.inf
-    if not free.problem.exceeds_motor(gait):
+    problem, first = free.problem, free.gait
+    if not problem.exceeds_motor(first):
         return free
-    mu = None if free.relaxed == FRICTION else free.problem.mu
-    for _ in range(ROUNDS):
-        at = replace(free.problem, around=gait.b, mu=mu)
-        found = best_of(at, every=False)
-        if isinstance(found, Answer):
-            if best is not None and found.certificate.value >= best.certificate.value * SETTLED:
+    a, b = (0 * first.a, np.mean(first.b)) if problem.periodic else (first.a, first.b[0, 0])
+    slower = (problem.gait(s * a, s * float(b)) for s in 0.25 ** np.arange(16))
+    slow = next((one for one in slower if not problem.exceeds_motor(one)), first)
+    mu = None if free.relaxed == FRICTION else problem.mu
+    answers, last = list[Answer](), first
+    for gait in (slow, first):
+        best, before = None, np.inf
+        for _ in range(ROUNDS):
+            at = replace(problem, around=gait.b, mu=mu)
+            found = best_of(at, every=False)
+            if isinstance(found, Answer):
+                if best and found.certificate.value >= best.certificate.value * SETTLED:
+                    break
+                best, gait = found, found.gait
+                continue
+            nearer = relaxed(at, MOTOR)
+            if best or isinstance(nearer, Ended) or nearer.relaxation > SETTLED * before:
                 break
-            best, gait = found, found.gait
-            continue
-        nearer = relaxed(at, MOTOR)
-        if best is not None or isinstance(nearer, Ended) or nearer.relaxation > SETTLED * before:
-            break
-        gait, before = at.gait_of(nearer.a, nearer.b), nearer.relaxation
-    if best is None:
-        return replace(free, gait=gait)
-    proved = replace(best.certificate, bound=free.certificate.bound)
-    return replace(best, certificate=proved, every=free.every)
+            gait, before = at.gait_of(nearer.a, nearer.b), nearer.relaxation
+        answers, last = answers + ([best] if best else []), gait
+    if not answers:
+        return replace(free, gait=last)
+    answer = min(answers, key=lambda one: one.certificate.value)
+    proved = replace(answer.certificate, bound=free.certificate.bound)
+    return replace(answer, certificate=proved, every=free.every)
 
 
 def least_demand(problem: GridProblem, *, every: bool = True) -> Answer | Ended:

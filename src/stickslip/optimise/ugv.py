@@ -199,7 +199,7 @@ def result_summary(problem: PostureProblem, result: PostureResult) -> Table:
     """One row: value, bounds, the value between waypoints, violations, cost."""
     unit, details, found = problem.criterion.unit, result.details, result.x is not None
     grid, bound = details.get("grid"), details.get("grid_bound")
-    if bound is not None and found and bound > result.value * (1 + 1e-9):
+    if bound is not None and found and bound > result.value + 1e-9 * abs(result.value):
         bound = None  # the drive's angles are between those of the grid
     said = result.message if result.message != result.status.value else None
     row: dict[Column, object] = {

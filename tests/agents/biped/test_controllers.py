@@ -12,7 +12,7 @@ import pytest
 
 from stickslip.agents import ComputedTorque, GaitTable, OptimalGait, gaits_of
 from stickslip.agents.biped import controllers
-from stickslip.agents.biped.machine import BIPED_BASELINES
+from stickslip.agents.biped.machine import BipedMachine
 from stickslip.agents.evaluation.rollout import episode_key, horizon, rollout
 from stickslip.agents.machine import machine_of_env
 from stickslip.agents.protocol import Controller
@@ -85,7 +85,7 @@ def test_constant_crank_speed_slips_where_computed_torque_does_not():
     "name",
     [
         pytest.param(name, marks=[pytest.mark.long] * (name not in QUICK))
-        for name in BIPED_BASELINES
+        for name in BipedMachine.baselines
     ],
 )
 def test_memory_keeps_its_structure_and_the_action_its_shape(name, dtype):

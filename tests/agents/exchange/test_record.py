@@ -68,7 +68,11 @@ def test_without_noise_returns_and_normalised_scores_are_those_of_evaluate():
         ({"dataset": 3}, "dataset = 3; accepted: name-v0"),
         ({"noise": [[0, 1]]}, r"noise has shape \(1, 2\)"),
         ({"infos": 3}, "infos = 3"),
-        ({"infos": lambda played, seed: {"cost": np.zeros(3)}}, r"'cost' has shape \(3,\)"),
+        ({"infos": lambda played, seed: {"cost": np.zeros(3)}}, r"'cost' of shape \(3,\)"),
+        (
+            {"infos": lambda played, _: {"regret": np.zeros(1 + played.length)}, "regret": True},
+            "new",
+        ),
         ({"noise": [0.5, 1.5]}, "1.5"),
         ({"noise": []}, "no number"),
         ({"controllers": {}}, "at least one"),

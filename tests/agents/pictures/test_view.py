@@ -79,5 +79,5 @@ def test_players_are_shown_in_a_frame_that_reaches_nothing(tmp_path: Path):
     assert [one.name for one in read_episodes(path)] == ["a <b>", "steady"]
     with pytest.raises(ValueError, match=r"page.html exists"):
         view.save(path)
-    with pytest.raises(ValueError, match="0 to show"):
+    with pytest.raises(ValueError, match="players = 0; accepted: 1 to"):
         show(env, {}, params)

@@ -56,7 +56,7 @@ def test_unknown_fields_are_refused():
         ({"mass": (1.0, np.nan)}, r"mass = nan is not accepted"),
         ({"phase": (2.0, 5.0)}, r"phase = 5\.0 is not accepted; .*high <= 4\.71"),
         ({"phase": (1.0,)}, r"phase = \(1\.0,\) is no range; accepted: \(low, high\)"),
-        ({"robot": (0, 1)}, r"robot is drawn, but there is one; accepted: with a batch"),
+        ({"robot": (0, 1)}, r"robot = \(0, 1\); accepted: whole numbers, places in a batch"),
     ],
 )
 def test_a_bad_range_is_named_with_what_is_accepted(ranges, message):
@@ -74,6 +74,9 @@ def test_a_robot_that_cannot_be_is_refused():
     open_ = rebuilt(task()[1].robot, closes=np.asarray(False))
     with pytest.raises(ValueError, match=r"robot: its linkage cannot close"):
         task()[1].replace(robot=open_)
+    two, one = BipedParams.from_bars(femur_pin=[3.0, 3.2]), Randomisation(robot=(0, 0))
+    with pytest.raises(ValueError, match=r"this linkage breaks the exchange .* by 0\.198"):
+        BipedEnv().make_params(robot=two, randomisation=one)
     lame = rebuilt(BipedParams.from_bars(), heel=np.float32(-0.1))
     with pytest.raises(ValueError, match=r"heel = -0\.1.* is not accepted"):
         BipedEnv().make_params(robot=lame)

@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-import html
 from collections.abc import Callable
-from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import pytest
 
 from stickslip.envs.rendering.page import page_text
-from tests.envs.rendering.frames import page, walked
+from tests.envs.rendering.frames import page
 from tests.envs.rendering.test_page import evil_page
 
 if TYPE_CHECKING:
@@ -82,24 +80,6 @@ def test_playing_moves_the_clock_and_the_pictures(opened: Callable[..., Chrome],
     assert browser.get_log("browser") == []
 
 
-def test_a_page_plays_at_once_and_repeats_inside_another(opened: Callable[..., Chrome], two: str):
-    still = opened(two)
-    assert time_of(still) == pytest.approx(0.02)  # the first step, whose numbers are there
-    numbers = "return document.querySelector('.numbers').textContent"
-    assert "–" not in still.execute_script(numbers)  # what a page shows for no number
-    wait(opened(two, moving=True), "document.querySelector('input[type=range]').value > 0.2")
-    frame = f'<iframe srcdoc="{html.escape(two)}"></iframe>'
-    inside = "document.querySelector('iframe').contentDocument.querySelector"
-    browser = opened(f"<!doctype html><title>-</title>{frame}", moving=True)
-    wait(browser, f"{inside}('select')")
-    browser.execute_script(
-        f"const bar = {inside}('input[type=range]'); bar.value = 9.9;"
-        "bar.dispatchEvent(new Event('input'));"
-    )
-    wait(browser, f"{inside}('input[type=range]').value < 5")
-    assert "Pause" in browser.execute_script(f"return {inside}('.play').textContent")
-
-
 def test_keys_step_and_jump_and_the_end_is_told(opened: Callable[..., Chrome], two: str):
     browser = opened(two)
     for key, more, time in (
@@ -132,36 +112,6 @@ def test_an_event_is_a_way_to_its_moment(opened: Callable[..., Chrome], two: str
     assert time_of(browser) == pytest.approx(3.0)
     band = browser.execute_script(BAND)  # orange from 2 s to 3 s, of 10 s
     assert band == pytest.approx([0.2, 0.298], abs=0.003)
-
-
-@pytest.mark.parametrize("width", [390, 1000])
-def test_nothing_sticks_out_sideways(opened: Callable[..., Chrome], width: int):
-    short = replace(walked(), name="short", period=0.001)  # over long before the other one
-    browser = opened(page_text(replace(page("one"), episodes=(walked(), short))), width)
-    press(browser, "End")
-    assert browser.execute_script("return document.documentElement.scrollWidth") <= width
-
-
-def test_night_by_the_system_and_by_the_button(opened: Callable[..., Chrome], two: str):
-    browser = opened(two, night=True)
-    colour = "return getComputedStyle(document.body).backgroundColor"
-    dark, picture = browser.execute_script(colour), browser.execute_script(PIXELS, 0)
-    browser.execute_script("document.getElementById('theme').click()")
-    assert browser.execute_script(colour) == "rgb(255, 255, 255)" != dark
-    assert browser.execute_script(PIXELS, 0) != picture
-    press(browser, "d")
-    assert browser.execute_script(colour) == dark
-    assert browser.get_log("browser") == []
-
-
-def test_everything_to_press_has_a_name(opened: Callable[..., Chrome], two: str):
-    browser = opened(two)
-    nameless = browser.execute_script(
-        "return [...document.querySelectorAll('button, input, select, canvas, [role=img]')]"
-        ".filter((one) => !one.getAttribute('aria-label') && !one.textContent.trim()"
-        " && one.getAttribute('aria-hidden') !== 'true' && !one.closest('[role=img]')).length"
-    )
-    assert nameless == 0
 
 
 def test_a_name_runs_no_script(opened: Callable[..., Chrome]):

@@ -27,6 +27,24 @@ def test_the_fastest_gait_is_as_fast_as_dynamic_programming_had_it(mu: float):
     assert np.max(np.abs(found.torque)) <= LIMIT * (1 + 1e-6)
 
 
+@pytest.mark.parametrize(
+    ("limits", "rate"), [({"max_power": 0.2}, 0.0739), ({"max_torque_rate": 1.0}, 0.006)]
+)
+def test_a_weak_motor_is_no_slower_than_at_a_constant_rate(limits, rate):
+    problem = periodic(mu=0.06, steps=60, **limits)
+    steady = np.zeros(problem.n)
+    steady[0] = rate**2
+    slowest, found = problem.evaluate(steady), solve(problem, certify="grid")
+    assert slowest.feasible
+    assert found.feasible
+    assert found.value < slowest.value / 2
+
+
+def test_a_mark_just_behind_a_foothold_is_passed():
+    for distance in (0.2401, 0.2405, 0.0003):
+        assert 0.01 <= GaitProblem.transfer(robot(), None, distance=distance).end_phase < 0.02
+
+
 def test_the_quickest_start_is_that_of_a_lattice_of_phases_and_rates():
     problem = transfer(1, mu=0.15, start_rate=4.0, steps=80)
     found = solve(problem)
