@@ -184,7 +184,7 @@ def suite(*families: str) -> dict[str, Instance]:
 
 
 def instance(name: str, seed: int | None = None) -> Instance:
-    """The instance with an id. ValueError, with the checks.nearest ids, for an unknown one.
+    """The instance with an id. ValueError, with the nearest ids, for an unknown one.
 
     seed: an instance whose machine, ground, limits and box are drawn near the usual ones. Its id
     ends in "-s" and the seed. Without `known` it may have no feasible point.

@@ -115,10 +115,10 @@ def within_motor(free: Answer) -> Answer:
         return free
     a, b = (0 * first.a, np.mean(first.b)) if problem.periodic else (first.a, first.b[0, 0])
     slower = (problem.gait(s * a, s * float(b)) for s in 0.25 ** np.arange(16))
-    slow = next((one for one in slower if not problem.exceeds_motor(one)), first)
+    slow = next((one for one in slower if not problem.exceeds_motor(one)), None)
     mu = None if free.relaxed == FRICTION else problem.mu
     answers, last = list[Answer](), first
-    for gait in (slow, first):
+    for gait in (first,) if slow is None else (slow, first):
         best, before = None, np.inf
         for _ in range(ROUNDS):
             at = replace(problem, around=gait.b, mu=mu)
