@@ -16,7 +16,6 @@ from stickslip.optim.posture.bounds.cells import (
     StationCells,
     Surveyor,
     first_axis,
-    most_friction,
     shapes,
 )
 from stickslip.optim.posture.bounds.ground import ground_of
@@ -35,16 +34,15 @@ if TYPE_CHECKING:
 NAMES = ("peak_torque", "grip", "normal_force", "friction_demand")
 
 
-def at_least(name: str, of: StationCells, mu: Float[np.ndarray, "2"]) -> np.ndarray:
-    """Lower bound of a station's cost in each cell; mu: of rear and front wheel, at most."""
+def at_least(name: str, of: StationCells) -> np.ndarray:
+    """Lower bound of a station's cost in each cell."""
     if name == "peak_torque":
         found = np.maximum(of.at_least("torque", 1), of.at_least("torque", -1))
         found = np.maximum(found, 0.0)
     elif name == "normal_force":
         found = np.maximum(of.at_least("N_rear", -1), of.at_least("N_front", -1))
     elif name == "grip":
-        wheels = zip(of.wheels, mu.tolist(), strict=True)
-        each = [of.grip_at_most(wheel, sign, at) for wheel, at in wheels for sign in (1, -1)]
+        each = [of.grip_at_most(wheel, sign) for wheel in (0, 1) for sign in (1, -1)]
         found = -np.min(each, axis=0)
     else:
         each = [
@@ -77,7 +75,6 @@ class Worst:
 
     def __init__(self, problem: PostureProblem, x: np.ndarray | None):
         self.problem, self.x = problem, x
-        self.friction = most_friction(problem)
         name = problem.criterion.name
         if name not in NAMES:
             raise ValueError(f"criterion = {name}; accepted: {', '.join(NAMES)}, and sums")
@@ -86,7 +83,7 @@ class Worst:
         self, cells: list[StationCells], least: float, enough: float, tick: Callable[[], None]
     ) -> tuple[float, list[StationCells], np.ndarray]:
         name = self.problem.criterion.name
-        costs = [at_least(name, of, self.friction[k]) for k, of in enumerate(cells)]
+        costs = [at_least(name, of) for of in cells]
         legs = [
             (shapes(self.problem, k, a.rear, b.rear), shapes(self.problem, k, a.front, b.front))
             for k, (a, b) in enumerate(pairwise(cells))

@@ -202,6 +202,8 @@ class StationCells:
     radii: dict[str, float]
     inside: Boxes
     """Derivatives over each cell [..., R-1, F-1]; 0 where unknown."""
+    friction: tuple[Float[np.ndarray, "R-1 F-1"], float]
+    """Greatest mu of the rear wheel in each cell, and of the front one."""
 
     @property
     def wheels(self) -> tuple[tuple[str, str], tuple[str, str]]:
@@ -235,20 +237,27 @@ class StationCells:
     def at_least(self, name: str, sign: int) -> np.ndarray:
         return of_corners(sign * self.values[name], np.minimum) - self.bulge(name, sign)
 
-    def grip_at_most(self, wheel: tuple[str, str], sign: int, mu: float) -> np.ndarray:
+    def grip_at_most(self, wheel: int, sign: int) -> np.ndarray:
         """Upper bound of mu N - sign F in each cell, by their common corners; wheel: see wheels."""
-        F, N = wheel
-        corners = of_corners(mu * self.values[N] - sign * self.values[F], np.maximum)
-        return corners + self.bulge(F, sign) + mu * self.bulge(N, -1)
+        (F, N), mu = self.wheels[wheel], self.friction[wheel]
+        corners = [
+            mu * n - sign * f
+            for n, f in zip(corners_of(self.values[N]), corners_of(self.values[F]), strict=True)
+        ]
+        return np.max(corners, 0) + self.bulge(F, sign) + mu * self.bulge(N, -1)
 
     def range_of(self, name: str) -> Interval:
         return Interval(self.at_least(name, 1), -self.at_least(name, -1))
 
 
+def corners_of(values: np.ndarray) -> list[np.ndarray]:
+    """Values at each cell's four corners, one after the other."""
+    return [of for rows in (values[:-1], values[1:]) for of in (rows[:, :-1], rows[:, 1:])]
+
+
 def of_corners(values: np.ndarray, reduce: np.ufunc) -> np.ndarray:
     """Reduction over each cell's four corners."""
-    rows = reduce(values[:-1], values[1:])
-    return reduce(rows[:, :-1], rows[:, 1:])
+    return reduce.reduce(corners_of(values))
 
 
 class Surveyor:
@@ -266,7 +275,7 @@ class Surveyor:
         reach = 1.01 * (self.longest + 2 * self.vehicle.wheel_radius)
         first, last = float(problem.x[0]), float(problem.x[-1])
         self.arc = Arc.along(self.ground, first - reach, last + 0.01)
-        self.friction = most_friction(problem)
+        self.friction = np.broadcast_to(np.asarray(problem.friction, float), problem.x.shape)
         self.least = 0.0
         if not problem.solver.overlap:
             self.least = 2 * self.vehicle.wheel_radius + float(problem.params.wheel_gap)
@@ -279,7 +288,9 @@ class Surveyor:
         alive, inside = self._inside(bracket, rear, front, alive)
         rolled = self.arc.at(interval(self.problem.x[k : k + 1]))[0]
         own = bracket.front.slope.arctan() - rolled / r
-        return self._valued(k, StationCells(bracket, own, rear, front, alive, {}, {}, inside))
+        unknown = (np.zeros(alive.shape), 0.0)
+        cells = StationCells(bracket, own, rear, front, alive, {}, {}, inside, unknown)
+        return self._valued(k, cells)
 
     def halved(self, k: int, cells: StationCells) -> StationCells:
         """Every cell cut in four (a given angle's is not), without those beside all alive."""
@@ -358,10 +369,21 @@ class Surveyor:
         lost = of_corners(unknown, np.logical_or)
         if np.any(lost):  # a corner without a value: nothing is known of the cells about it
             cells = replace(cells, inside=cells.inside._replace(known=cells.inside.known & ~lost))
-        valued = replace(cells, values=values, radii=radii)
+        friction = self._friction(k, cells)
+        valued = replace(cells, values=values, radii=radii, friction=friction)
         alive = cells.alive & ~self._ruled_out(k, valued)
         values = {name: of for name, of in values.items() if name in self.kept}
         return replace(valued, alive=alive, values=values)
+
+    def _friction(self, k: int, cells: StationCells) -> tuple[np.ndarray, float]:
+        x, mu, surface = float(self.problem.x[k]), self.friction[k], self.problem.track.surface
+        rear = np.full(cells.alive.shape, mu)
+        if surface is None:
+            return rear, float(mu)
+        Q = self._wheelbases(_boxes(cells.rear, cells.front, cells.alive)).value
+        behind = cells.bracket.where(Q)[0]
+        rear[cells.alive] = surface.mu(mu, surface.most(behind.lo, behind.hi))
+        return rear, float(surface.mu(mu, surface.at(x)))
 
     def _ruled_out(self, k: int, cells: StationCells) -> np.ndarray:
         """Cells in which a wheel slips or lifts in every posture, by more than is let pass.
@@ -372,14 +394,14 @@ class Surveyor:
         slack = 2 * FEASIBLE * float(weight_of(self.vehicle).hi)
         out = np.zeros(cells.alive.shape, bool)
         known = np.ones(out.shape, bool)
-        for wheel, mu in zip(cells.wheels, self.friction[k].tolist(), strict=True):
-            F, N = cells.range_of(wheel[0]), -cells.at_least(wheel[1], -1)
+        for wheel, (along, across) in enumerate(cells.wheels):
+            F, N, mu = cells.range_of(along), -cells.at_least(across, -1), cells.friction[wheel]
             known &= np.isfinite(F.size)
             out |= float(problem.min_normal) - slack > N
             # mu N - |F| is below this in all of the cell.
             with np.errstate(invalid="ignore"):  # 0 times infinity tells nothing
                 for sign in (1, -1):
-                    out |= cells.grip_at_most(wheel, sign, mu) < float(problem.min_grip) - slack
+                    out |= cells.grip_at_most(wheel, sign) < float(problem.min_grip) - slack
                 out |= mu * N - F.least_size < float(problem.min_grip) - slack
         return out & known
 
@@ -388,14 +410,3 @@ def _boxes(rear: Axis, front: Axis, alive: np.ndarray) -> Interval:
     """Leg angles of the cells that are alive [2, n] [rad]."""
     rows, columns = np.nonzero(alive)
     return Interval(*(np.stack([rear[rows + k], front[columns + k]]) for k in (0, 1)))
-
-
-def most_friction(problem: PostureProblem) -> Float[np.ndarray, "K 2"]:
-    """mu of the rear wheel, within reach behind each waypoint, and of the front one, at most."""
-    mu = np.broadcast_to(np.asarray(problem.friction, float), problem.x.shape)[:, None]
-    surface = problem.track.surface
-    if surface is None:
-        return np.repeat(mu, 2, 1)
-    reach = 1.01 * (longest_wheelbase(problem.params) + 2 * float(problem.params.wheel_radius))
-    behind = surface.most(problem.x - reach, problem.x)
-    return surface.mu(mu, np.stack([behind, surface.most(problem.x, problem.x)], -1))

@@ -1,10 +1,11 @@
 """Small problems on ground, vehicles and floors that nothing here was tuned on."""
 
+from dataclasses import replace
 from functools import lru_cache
 
 import numpy as np
 
-from stickslip.dynamics.ugv import Track, UGVParams
+from stickslip.dynamics.ugv import Surface, Track, UGVParams
 from stickslip.optim import PostureProblem
 from stickslip.optim.problem import shortfall
 
@@ -12,6 +13,7 @@ SHORT = UGVParams(body_length=0.7, leg_length=0.28, wheel_radius=0.2, body_mass=
 STRAIGHT = (np.pi / 2, np.pi / 2)
 HILL = Track.bump(0.3, 4.2, 1.3)
 """Compiled once: all problems here are on bumps of some size."""
+PATCHY = replace(HILL, surface=Surface.patches((3.3, 3.5), (0.8, 0.3, 0.8)))
 
 
 @lru_cache
@@ -21,6 +23,7 @@ def over(criterion: str = "wheel_energy", kind: str = "usual", **fields) -> Post
         "usual": (UGVParams(), Track.bump(), np.linspace(3.0, 4.6, 9), {"friction": 0.8}),
         "short": (SHORT, HILL, np.linspace(3.1, 4.7, 9), {"friction": 1.1}),
         "slippery": (UGVParams(), HILL, np.linspace(3.6, 4.8, 9), {"friction": 0.22}),
+        "patchy": (UGVParams(), PATCHY, np.linspace(3.6, 4.8, 9), {"friction": 1.0}),
     }[kind]
     params, track, x, more = given
     more = more | {"leg_rate": 1.2, "start_angles": STRAIGHT} | fields

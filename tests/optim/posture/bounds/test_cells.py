@@ -107,10 +107,24 @@ def test_worst_stations_are_not_below_their_cells(cells, kind, name):
     pairs, where = sample(cells[kind], random)
     at = stations(problem, pairs)
     for n, of in enumerate(cells[kind]):
-        bound = at_least(name, of, np.full(2, problem.friction))[where[n]]
+        bound = at_least(name, of)[where[n]]
         value = plain_cost(name, at.map(lambda v, n=n: v[:, n : n + 1]), problem.friction)
         assert np.all(value[of.alive[where[n]]] >= bound[of.alive[where[n]]] - 1e-9)
         assert np.max(bound[np.isfinite(bound)]) > np.median(value)  # and says something
+
+
+def test_grip_is_bounded_by_the_friction_under_the_wheels():
+    problem, random = over("grip", "patchy"), np.random.default_rng(1)
+    surveyor = Surveyor(problem)
+    axes = [first_axis(problem, leg, 20) for leg in (0, 1)]
+    cells = [surveyor.halved(k, surveyor.first(k, *axes)) for k in (4, 5)]
+    pairs, where = sample(cells, random)
+    at = stations(problem, pairs)
+    for n, of in enumerate(cells):
+        alive = of.alive[where[n]]
+        short = at_least("grip", of)[where[n]][alive] + at.grip[alive, n]
+        assert np.max(short) <= 0
+        assert np.quantile(short, 0.1) > -150  # N; -1000 by the most friction within reach
 
 
 @pytest.mark.parametrize("kind", KINDS)
