@@ -171,6 +171,16 @@ def require_number(
             raise ValueError(f"{name} = {bad[()]}{place} {why}; accepted: {accepted}")
 
 
+def require_increasing(name: str, value: Any, accepted: str) -> None:
+    """Raise ValueError, naming the first such entry, unless each is above the one before it."""
+    import numpy as np
+
+    row = np.atleast_1d(np.asarray(value, float)) if is_concrete(value) else np.zeros(1)
+    for *batch, k in np.argwhere(np.diff(row) <= 0)[:1]:
+        last, here = row[(*batch, slice(k, k + 2))]
+        raise ValueError(f"{name}[{k + 1}] = {here} after {last}; accepted: {accepted}")
+
+
 def as_number(name: str, value: Any, *, accepted: str, **rule: Any) -> Any:
     """The value of a field checked by `require_number`, as a pytree leaf.
 

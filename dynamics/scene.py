@@ -147,7 +147,8 @@ class Scene:
         if isinstance(self.floor, Uniform | Patches):
             static, kinetic = self.floor.mu_static, self.floor.mu_kinetic
             if checks.is_concrete(static, kinetic) and np.any(np.greater(kinetic, static)):
-                given = [checks.shown(np.asarray(one).tolist()) for one in (kinetic, static)]
+                over = np.greater(kinetic, static)
+                given = [np.broadcast_to(one, over.shape)[over][0] for one in (kinetic, static)]
                 raise ValueError(
                     f"mu_kinetic = {given[0]} exceeds mu_static = {given[1]}; accepted: "
                     f"{FRICTION['accepted']}"
@@ -192,6 +193,4 @@ def _check_patches(floor: Patches) -> None:
                 f"here {edges[-1] + 1}"
             )
     require_broadcast(mu_static=floor.mu_static, mu_kinetic=floor.mu_kinetic)
-    if checks.is_concrete(floor.edges) and np.any(np.diff(np.asarray(floor.edges, float)) <= 0):
-        given = checks.shown(np.asarray(floor.edges).tolist())
-        raise ValueError(f"edges = {given}; accepted: {EDGES}")
+    checks.require_increasing("edges", floor.edges, EDGES)

@@ -64,9 +64,11 @@ def read_columns(
 ) -> Float[np.ndarray, "rows columns"]:
     """Read the wanted columns in their units and order; the first one increases.
 
-    Blank lines and lines that begin with # are passed over; a head in another unit, as "x [mm]", is
-    converted. also: what the caller accepts besides, for messages. most: bytes of a file.
-    unordered: what to say of a first column that does not increase; None accepts it.
+    Blank lines and lines that begin with # are passed over, but a head may stand behind # above the
+    numbers, as `numpy.savetxt` writes it; one in another unit, as "x [mm]", is converted.
+
+    also: what the caller accepts besides, for messages. most: bytes of a file. unordered: what to
+    say of a first column that does not increase; None accepts it.
     ValueError names the file, the line and what is accepted; OSError where it cannot be opened.
     """
     accepted = also + accepted_table(wanted)
@@ -85,14 +87,16 @@ def _columns(
 ) -> Float[np.ndarray, "rows columns"]:
     name = shown_path(path)
     numbered = ((number, line.strip(" ")) for number, line in enumerate(text.splitlines(), start=1))
-    lines = [one for one in numbered if one[1].strip(" \t;,") and not one[1].startswith("#")]
+    filled = [one for one in numbered if one[1].strip(" \t;,")]
+    lines = [one for one in filled if not one[1].startswith("#")]
     if not lines:
         raise _TableError(f"{name} is empty")
-    number, first = lines[0]
-    mark = next((mark for mark in ";\t," if mark in first), None)
-    if mark is None:  # blanks within brackets belong to a unit
-        first = re.sub(r"\s*[\[(].*?[\])]", lambda one: re.sub(r"\s", "", one[0]), first)
-    head = _cells(first, mark)
+    mark, head = _marked(lines[0][1])
+    if is_number(head[0]) and (above := filled[: filled.index(lines[0])]):
+        told = _marked(above[-1][1].lstrip("# "))[1]
+        if len(told) == len(head) and any(_named(_name_and_unit(one)[0], wanted) for one in told):
+            head, lines = told, [above[-1], *lines]
+    number = lines[0][0]
     if any(map(is_number, head)):
         wanted = [one for one in wanted if not one.optional]
         taken, width = [(at, 1.0) for at in range(len(wanted))], len(wanted)
@@ -148,6 +152,14 @@ def shown_path(path: Path) -> str:
     """The path on one line, its end where it is long."""
     text = " ".join(str(path).split())
     return text if len(text) <= 200 else f"... {text[-200:]}"
+
+
+def _marked(line: str) -> tuple[str | None, list[str]]:
+    """What stands between the cells of a first line, None for blanks, and its cells."""
+    mark = next((mark for mark in ";\t," if mark in line), None)
+    if mark is None:  # blanks within brackets belong to a unit
+        line = re.sub(r"\s*[\[(].*?[\])]", lambda one: re.sub(r"\s", "", one[0]), line)
+    return mark, _cells(line, mark)
 
 
 def _cells(line: str, mark: str | None) -> list[str]:

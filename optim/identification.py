@@ -15,10 +15,10 @@ import jax.numpy as jnp
 import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 
+from stickslip.dynamics import checks
 from stickslip.dynamics.biped import BipedParams, RK4Split, prepare
 from stickslip.dynamics.biped.estimation import LOADS, Belief, Noise, initial_belief, observe
 from stickslip.dynamics.biped.settings import precision
-from stickslip.dynamics.checks import require_choice, require_kind, require_memory, require_number
 from stickslip.dynamics.names import UNKNOWNS
 from stickslip.dynamics.pytrees import read_only, settle
 from stickslip.dynamics.scene import Uniform
@@ -112,13 +112,12 @@ class WalkLog:
     def __post_init__(self):
         for name in ("times", "torques", "angles"):
             value = np.array(getattr(self, name), float)
-            require_number(name, value, low=-np.inf, accepted="finite numbers")
+            checks.require_number(name, value, low=-np.inf, accepted="finite numbers")
             if value.ndim != 1 or len(value) < LEAST_ROWS or len(value) != len(self.times):
                 accepted = f"one row of {LEAST_ROWS} numbers or more, as many as times"
                 raise ValueError(f"{name} has shape {value.shape}; accepted: {accepted}")
             settle(self, **{name: read_only(value)})
-        if np.any(np.diff(self.times) <= 0):
-            raise ValueError("times do not increase; accepted: increasing times [s]")
+        checks.require_increasing("times", self.times, "increasing times [s]")
 
     @property
     def noise(self) -> float:
@@ -159,14 +158,15 @@ def identify(
     filters' own intervals. The log shows slip where Bayes' information criterion prefers it. Double
     precision. The walk begins with the foot at rest. Neglected: patches of other friction.
     """
-    require_kind("params", params, BipedParams, "a BipedParams")
-    require_kind("log", log, WalkLog, "a WalkLog")
+    checks.require_kind("params", params, BipedParams, "a BipedParams")
+    checks.require_kind("log", log, WalkLog, "a WalkLog")
     asked = tuple(dict.fromkeys(unknown))
     for name in asked:
-        require_choice("unknown", name, tuple(UNKNOWNS))
+        checks.require_choice("unknown", name, tuple(UNKNOWNS))
     if noise is None:
         noise = max(log.noise, LEAST_NOISE)
-    require_number("noise", noise, low=0.0, strict=True, accepted="a finite number > 0 [rad]")
+    rule: dict[str, Any] = {"low": 0.0, "strict": True, "accepted": "a finite number > 0 [rad]"}
+    checks.require_number("noise", noise, **rule)
     with precision("float64"), Bar("identify", None, "round", progress) as bar:
         search = _Search(params, log, asked, noise, seed)
         return search.identified(*search.search(bar))
@@ -206,7 +206,7 @@ class _Search:
         # A longer row than the usual ones is predicted in parts; no angle was read between them.
         substeps = math.ceil(float(np.median(durations)) / LONGEST_STEP * (1 - 1e-6))
         parts = np.ceil(durations / (substeps * LONGEST_STEP) * (1 - 1e-6)).astype(int)
-        require_memory("the log's gaps", "parts of rows", float(np.sum(parts)), ROW)
+        checks.require_memory("the log's gaps", "parts of rows", float(np.sum(parts)), ROW)
         self.rows = np.cumsum(parts) - 1
         durations, held = (np.repeat(one, parts) for one in (durations / parts, held))
         angles = np.full(len(held), np.nan)

@@ -287,9 +287,8 @@ class OptimalGait(Memoryless):
         Its own one for the reference robot, and where robots are drawn. ValueError where there are
         no gaits.
         """
-        robot = env_params.robot.bare
-        drawn = env_params.randomisation.robot is not None
-        if drawn or same_numbers(robot, BipedParams.from_bars()):
+        robot = env_params.only_robot
+        if robot is None or same_numbers(robot, BipedParams.from_bars()):
             return self
         limit = 0.9 * float(np.asarray(env_params.torque_limit))
         return replace(self, gaits=_gaits_of_text(robot_text(vars(robot)), limit))

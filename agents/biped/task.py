@@ -108,9 +108,10 @@ def with_options(task: BipedTask, options: Options, scene: str | None, viewed: b
         given["scene"] = replace(given["scene"], floor=Scene.named(scene).floor)
         drawn = replace(drawn, friction=None)
     path, changes, bare = options["robot"], options.get("changes"), given["robot"]
-    reference = drawn.robot is not None or tasks.same_numbers(bare, BipedParams.from_bars())
+    robot = task.params.only_robot
+    reference = robot is None or tasks.same_numbers(robot, BipedParams.from_bars())
     if path is None and changes and not reference:
-        path = robot_text(vars(bare))
+        path = robot_text(vars(robot))
     own = tasks.own_machine(BipedParams, "robot", path, changes)
     drawn = replace(drawn, robot=None) if "robot" in own else drawn
     given["robot"] = own.pop("robot", bare)
@@ -140,9 +141,9 @@ def label(task: BipedTask, scene: str | None) -> str:
     names = [one for one, ends in vars(params.randomisation).items() if ends is not None]
     drawn = [name for name in names if name not in ("phase", "crank_rate")]
     words += [f"random {', '.join(drawn).replace('_', ' ')}"] if drawn else []
-    own = params.randomisation.robot is None
-    if own and not tasks.same_numbers(params.robot.bare, BipedParams.from_bars()):
-        words.append(f"robot of {float(params.robot.bare.total_mass):.3g} kg")
+    robot = params.only_robot
+    if robot is not None and not tasks.same_numbers(robot, BipedParams.from_bars()):
+        words.append(f"robot of {float(robot.total_mass):.3g} kg")
     return ", ".join(words)
 
 
@@ -221,12 +222,12 @@ def _field_of(place: str) -> str:
 def swept_parts(params: BipedEnvParams) -> dict[str, PyTree]:
     """See Swept; bars: the arguments of `from_bars` that make the robot, unless one is drawn."""
     payload = 0.0 if params.scene.payload is None else params.scene.payload
-    robot, own = params.robot.bare, params.randomisation.robot is None
-    bars = bars_of(robot) if own else {}
+    robot = params.only_robot
+    bars = {} if robot is None else bars_of(robot)
     return {
         "task": _numbers_of(params),
         "scene": {**vars(params.scene.floor), "payload": payload},
-        "robot": vars(robot) if own else {},
+        "robot": {} if robot is None else vars(robot),
         "randomisation": params.randomisation,
         "bars": {name.removeprefix("bars."): value for name, value in bars.items()},
     }

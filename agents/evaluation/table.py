@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from html import escape
 from itertools import chain
 from math import isfinite
 from pathlib import Path
@@ -120,7 +121,7 @@ class Evaluation:
 
     def _repr_html_(self) -> str:
         """The same in a notebook."""
-        return self.shown().html()
+        return f"<pre>{escape(self.to_text())}</pre>"
 
     def write_csv(self, path: str | Path) -> Path:
         """One line a row, three columns a metric (value, low, high); empty where undefined."""

@@ -89,7 +89,7 @@ def race(
             try:
                 run = made.result()
             except TimeoutError:
-                run = lost_run(tasks[number], "timed out", f"{limit:g} s")
+                run = lost_run(tasks[number], "timed out", f"{limit:g} s with start and compiling")
             except pebble.ProcessExpired as error:
                 run = lost_run(tasks[number], "died", str(error))
             cells.write_cell(path, number, head, run.table())

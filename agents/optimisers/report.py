@@ -216,10 +216,13 @@ def counted_text(runs: Sequence[Run]) -> str:
         f"{len(runs)} runs of {len(methods)} methods on {len(instances)} instances: {words}; "
         f"{spent:,} evaluations, {seconds:,.0f} s of processor time."
     ]
-    if moved := sum(run.counts["clipped"] for run in runs):
-        lines.append(f"{moved:,} points lay out of bounds and were moved in.")
-    for run in (run for run in runs if run.outcome == "raised"):
-        lines.append(f"- {run.method} on {run.instance}, seed {run.seed}: {run.message}")
+    odd = {"clipped": "lay out of bounds and were moved in", "not_numbers": "held no numbers"}
+    for name, words in odd.items():
+        if count := sum(run.counts[name] for run in runs):
+            lines.append(f"{count:,} points {words}.")
+    for run in (run for run in runs if run.outcome not in ("spent", "ended")):
+        said = " ".join(f"{run.outcome}, {run.message}".split())
+        lines.append(f"- {run.method} on {run.instance}, seed {run.seed}: {said}")
     return "\n".join(lines) + "\n"
 
 

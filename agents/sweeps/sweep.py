@@ -22,7 +22,7 @@ from stickslip.agents.sweeps.data import cell_table, summary_table, sweep_arrays
 from stickslip.agents.sweeps.plan import CellPlayer, Plan, Policies, Tasks, cases_named, cases_on
 from stickslip.agents.sweeps.swept import FORMS, AxisLike, axes_of
 from stickslip.agents.training.directory import only_writer
-from stickslip.dynamics.checks import shown
+from stickslip.dynamics.checks import require_kind, shown
 from stickslip.envs.collecting import cores_here
 from stickslip.optim.progress import Bar
 from stickslip.records.files import require_folder
@@ -82,6 +82,8 @@ def run_plan(
     stop: Callable[[], bool] = lambda: False,
 ) -> SweepResult:
     """`sweep`, of a plan: play the cells that are not in the directory."""
+    accepted = "None, or an Executor of concurrent.futures, as `client.get_executor()` of Dask"
+    require_kind("executor", executor, (Executor, type(None)), accepted)
     count = jax.local_device_count()
     threads = count if count > 1 or jax.default_backend() != "cpu" else cores_here()
     plan = plan.cut(cell, threads)

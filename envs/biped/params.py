@@ -145,6 +145,11 @@ class BipedEnvParams:
             changes["robot"] = BipedModel(bare, self.robot.payload, self.robot.fidelity)
         return replace(self, **_as_numbers(changes)).validate()
 
+    @property
+    def only_robot(self) -> BipedParams | None:
+        """The robot of every episode, without a load; None where a reset draws one of several."""
+        return self.robot.bare if self.randomisation.robot is None else None
+
     def shortened(self, steps: int) -> BipedEnvParams:
         """The parameters with a time limit of so many control steps."""
         return self.replace(time_limit=steps * self.control_period)
@@ -166,7 +171,8 @@ class BipedEnvParams:
         places, batch = self.randomisation.robot, np.shape(self.robot.own_mass)
         whole = not checks.is_concrete(places) or not np.any(np.asarray(places or 0) % 1)
         if places is not None and (len(batch) != 1 or not whole):
-            accepted = f"whole numbers, places in a batch of robots (n,), not {batch}"
+            accepted = "whole numbers, places in a batch of robots (n,)"
+            accepted += f", not {batch}" if len(batch) != 1 else ""
             raise ValueError(f"robot = {checks.shown(places)}; accepted: {accepted}")
         functional.require_range("robot", places, 0.0, high=(*batch, 0)[0] - 1)
         if isinstance(self.scene.floor, Grip) and self.randomisation.friction is not None:

@@ -140,7 +140,9 @@ class Drawn(NamedTuple):
 
 def draw(key: Array, params: BipedEnvParams) -> tuple[Drawn, Array, Array]:
     """Draw the start of an episode: draws, phase [rad] and crank rate [rad/s]."""
-    ranges = params.randomisation
+    ranges, robots = params.randomisation, np.shape(params.robot.own_mass)
+    if ranges.robot is None and robots:
+        raise ValueError(f"robot is a batch {robots}; accepted: one, vmap, Randomisation(robot=..)")
     dtype = jnp.result_type(params.robot.total_mass)
 
     def one(index: int, bounds: Range | None, otherwise: Number) -> Array:

@@ -9,13 +9,7 @@ from typing import TYPE_CHECKING, Any
 import jax
 import numpy as np
 
-from stickslip.dynamics.checks import (
-    require_integer,
-    require_kind,
-    require_memory,
-    require_number,
-    shown,
-)
+from stickslip.dynamics import checks
 from stickslip.dynamics.pytrees import Numeric, read_only, run_once
 from stickslip.dynamics.ugv import PoseSolver, UGVParams
 from stickslip.dynamics.ugv.track import Track, track_of
@@ -82,11 +76,7 @@ class PostureData:
 
 
 def waypoints_along(
-    track: Track | str,
-    params: UGVParams,
-    spacing: float,
-    start: float | None,
-    end: float | None,
+    track: Track | str, params: UGVParams, spacing: float, start: float | None, end: float | None
 ) -> Float[np.ndarray, "K"]:
     """Evenly spaced places of the front wheel [m]; see PostureProblem.along.
 
@@ -95,7 +85,7 @@ def waypoints_along(
     waypoints than memory holds stations of are refused.
     """
     track = track_of(track)
-    require_kind("params", params, UGVParams, "UGVParams, or None")
+    checks.require_kind("params", params, UGVParams, "UGVParams, or None")
     params.validate()
     require_scalar("spacing", spacing, low=0.0, strict=True, accepted="a length > 0 [m]")
     for name, value in (("start", start), ("end", end)):
@@ -118,7 +108,7 @@ def waypoints_along(
     with np.errstate(over="ignore"):
         pieces = np.maximum(np.ceil(np.float64(last - begin) / float(spacing) - 1e-9), 1)
     given = f"spacing = {float(spacing)!r} m from start = {begin:.6g} m to end = {last:.6g} m"
-    require_memory(given, "waypoints", pieces + 1, STATION)
+    checks.require_memory(given, "waypoints", pieces + 1, STATION)
     return np.linspace(begin, last, int(pieces) + 1)
 
 
@@ -130,10 +120,10 @@ def slopes_at(track: Track, x: Float[np.ndarray, "n"]) -> Float[np.ndarray, "n"]
 
 def check_problem(problem: PostureData) -> dict[str, Any]:
     """The fields as arrays, or ValueError naming the field, the value and what is accepted."""
-    require_kind("params", problem.params, UGVParams, "a UGVParams")
-    require_kind("solver", problem.solver, PoseSolver, "a PoseSolver")
+    checks.require_kind("params", problem.params, UGVParams, "a UGVParams")
+    checks.require_kind("solver", problem.solver, PoseSolver, "a PoseSolver")
     for name in ("free_split", "apart_between"):
-        require_kind(name, getattr(problem, name), bool, "True or False")
+        checks.require_kind(name, getattr(problem, name), bool, "True or False")
     problem.params.validate()
     for leaf in jax.tree.leaves(problem.params):
         if np.ndim(leaf):
@@ -141,10 +131,12 @@ def check_problem(problem: PostureData) -> dict[str, Any]:
     x = _waypoints(problem.x)
     if isinstance(problem.track, Track) and problem.track.surface is not None:
         problem.track.surface.validate()
-    require_memory(f"x of {len(x)} waypoints", "stations", len(x), STATION)
+    checks.require_memory(f"x of {len(x)} waypoints", "stations", len(x), STATION)
     fields: dict[str, Any] = {"track": track_of(problem.track), "x": x}
     accepted = "a number >= 0, or one for each waypoint"
-    require_number("friction", problem.friction, low=0.0, accepted=accepted, dtype=np.float64)
+    checks.require_number(
+        "friction", problem.friction, low=0.0, accepted=accepted, dtype=np.float64
+    )
     if np.shape(problem.friction) not in ((), x.shape):
         raise ValueError(
             f"friction has shape {np.shape(problem.friction)}; accepted: a number or one for each "
@@ -169,10 +161,7 @@ def _waypoints(x: Any) -> np.ndarray:
     array = as_floats("x", x, "increasing places, two or more [m]")
     if array.ndim != 1 or len(array) < 2:
         raise ValueError(f"x has shape {array.shape}; accepted: [K] with K >= 2 waypoints")
-    falls = np.flatnonzero(np.diff(array) <= 0)
-    if falls.size:
-        i = int(falls[0]) + 1
-        raise ValueError(f"x[{i}] = {array[i]} after {array[i - 1]}; accepted: increasing [m]")
+    checks.require_increasing("x", array, "increasing [m]")
     return read_only(array)
 
 
@@ -181,7 +170,9 @@ def _pair(name: str, angles: Any, params: UGVParams) -> np.ndarray:
     accepted = f"2 angles, rear and front, from {low:.6g} to {high:.6g} rad"
     array = as_floats(name, angles, accepted)
     if array.shape != (2,) or np.any((array < low - 1e-9) | (array > high + 1e-9)):
-        raise ValueError(f"{name} = {shown(array.tolist())} is not accepted; accepted: {accepted}")
+        raise ValueError(
+            f"{name} = {checks.shown(array.tolist())} is not accepted; accepted: {accepted}"
+        )
     return read_only(np.clip(array, low, high))
 
 
@@ -235,8 +226,10 @@ def require_grid(problem: PostureData, rear: int, front: int, chunk: int) -> Non
     """Refuse a grid whose stations do not fit, or not while a chunk of them is evaluated: more go
     through one chunk after another, also those of one waypoint."""
     K, each = len(problem.x), float(min(rear, 10**150)) * min(front, 10**150)
-    given = f"angles = {shown(rear)} x {shown(front)} at {K} waypoints"
-    require_memory(given, "stations", K * each, NODE + STATION * min(chunk / (K * each), 1.0))
+    given = f"angles = {checks.shown(rear)} x {checks.shown(front)} at {K} waypoints"
+    checks.require_memory(
+        given, "stations", K * each, NODE + STATION * min(chunk / (K * each), 1.0)
+    )
 
 
 LEAST = 31
@@ -254,7 +247,7 @@ def grid_angles(
 ) -> tuple[Float[np.ndarray, "R"], Float[np.ndarray, "F"]]:
     """The angles of each leg on a grid [rad]: see `build_grid`; ValueError for bad counts, or more
     stations than fit, evaluated so many at a time."""
-    least = require_integer("least", least, low=2, high=COUNT)
+    least = checks.require_integer("least", least, low=2, high=COUNT)
     if angles is None:
         rear, front = fitting_grid(problem, least)
         require_grid(problem, len(rear), len(front), chunk)
@@ -262,8 +255,8 @@ def grid_angles(
     accepted = "None, or an integer >= 2, or one for each leg"
     both = angles if isinstance(angles, tuple | list) else (angles, angles)
     if len(both) != 2:
-        raise ValueError(f"angles = {shown(angles)}; accepted: {accepted}")
-    R, F = (require_integer("angles", of, low=2, accepted=accepted) for of in both)
+        raise ValueError(f"angles = {checks.shown(angles)}; accepted: {accepted}")
+    R, F = (checks.require_integer("angles", of, low=2, accepted=accepted) for of in both)
     require_grid(problem, R, F, chunk)
     low, high = float(problem.params.leg_angle_min), float(problem.params.leg_angle_max)
     rear, front = (np.linspace(low, high, of if low < high else 1) for of in (R, F))

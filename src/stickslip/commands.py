@@ -41,7 +41,6 @@ COMMANDS = {
         "agents.training.run:train_command",
         {
             "stickslip train biped --task BipedFast-v0 --out runs/fast": "on a named task",
-            "stickslip train biped --payload 2 --set slip_weight=2": "with settings by their names",
             "stickslip train ugv --tracks bump --out runs/legs": "the UGV's legs, over one ground",
             "stickslip train biped --out runs/fast --resume": "resume an interrupted run",
         },
@@ -66,8 +65,6 @@ COMMANDS = {
             'stickslip simulate biped --torque "8 * (3 - crank_rate)" --crank-rate 3 --scene wet '
             "--period 0.005 --seconds 3 --plot walk.png": "a control law: rows and a picture",
             "stickslip simulate ugv --angles 60 90 --track bump --plot drive.png": "fixed legs",
-            "stickslip simulate ugv --posture runs/ugv-bump-wheel_energy-dp --track bump "
-            "--friction 0.5 --out slippery.csv": "an optimised drive on worse ground",
         },
         parts=lambda: {"biped": "a walk under a torque", "ugv": "a drive with given leg angles"},
     ),
@@ -114,7 +111,6 @@ COMMANDS = {
         "export:export_command",
         {
             "stickslip export biped-ice --out ice.onnx": "for any runtime of ONNX",
-            "stickslip export runs/mine --out walker.onnx": "the policy of a run",
             "stickslip export my.toml --mjcf robot.xml --urdf robot.urdf": (
                 "the robot of a file, see `stickslip robot`"
             ),
@@ -151,9 +147,6 @@ COMMANDS = {
         {
             "stickslip robot --new my.toml": "a template of the reference robot, to be changed",
             "stickslip robot my.toml": "closes, mass, start torque, friction; and my.png",
-            "stickslip robot my.toml --set robot.hip_mass=1.2 --mu 0.2 --out heavy.png": (
-                "with a number changed"
-            ),
         },
     ),
     "identify": Command(
@@ -180,8 +173,6 @@ COMMANDS = {
         {
             "stickslip bench run --instances shoot-grip-d10-v1 --methods cma slsqp random "
             "--budget 500 --out runs/race": "three methods on an instance",
-            "stickslip bench run --instances shoot-grip-d10-v1 --methods cma slsqp random "
-            "--budget 500 --out runs/race --resume": "the same command, to go on with the race",
             "stickslip bench report runs/race --out runs/report": "tables and plots",
         },
         compiles=False,

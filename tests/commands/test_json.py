@@ -38,10 +38,7 @@ def test_what_is_not_finite_is_null_and_every_column_has_a_unit():
 
 @pytest.mark.parametrize(
     ("command", "key", "names"),
-    [
-        (["tasks"], "tasks", list(TASKS)),
-        (["policies"], "policies", list(shipped_names())),
-    ],
+    [(["tasks"], "tasks", list(TASKS)), (["policies"], "policies", list(shipped_names()))],
 )
 def test_lists_are_one_object(capsys, command: list[str], key: str, names: list[str] | None):
     told = strict(prints(capsys, *command, "--json"))

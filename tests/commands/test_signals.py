@@ -40,8 +40,7 @@ def begun(command: str, out: Path) -> subprocess.Popen[str]:
 
 @pytest.mark.long
 @pytest.mark.parametrize(
-    ("command", "number"),
-    [(TRAIN, signal.SIGTERM), (SWEEP, signal.SIGHUP), (RACE, signal.SIGTERM)],
+    ("command", "number"), [(TRAIN, signal.SIGTERM), (SWEEP, signal.SIGHUP), (RACE, signal.SIGTERM)]
 )
 def test_a_signal_to_all_processes_keeps_what_is_done_and_says_how_to_go_on(
     tmp_path: Path, command: str, number: int

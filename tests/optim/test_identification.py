@@ -129,6 +129,19 @@ def test_logs_that_will_not_do_are_refused():
         identify(BipedParams.from_bars(), WalkLog(t, t, t), ["mass"])
 
 
+def test_a_head_behind_a_hash_names_columns_and_units(tmp_path):
+    t, path = 5.0 * np.arange(40), tmp_path / "log.csv"
+    columns = np.stack([t, 90 + t, 0.1 + 0 * t], axis=1)
+    for mark, angle in ((",", "crank angle"), (" ", "theta")):
+        head = mark.join(["time [ms]", f"{angle} [deg]", "torque [N m]"])
+        np.savetxt(path, columns, delimiter=mark, header=f"of Monday\n{head}")
+        log = WalkLog.from_file(path)
+        read = [log.times[1], log.torques[1], log.angles[0]]
+        np.testing.assert_allclose(read, [5e-3, 0.1, np.pi / 2])
+    np.savetxt(path, columns * [1e-3, 1, 1], header="of Monday, in s")  # names no column
+    assert WalkLog.from_file(path).torques[0] == 90
+
+
 @pytest.mark.long
 @pytest.mark.parametrize(
     ("floor", "payload", "rate", "delay", "bias"),

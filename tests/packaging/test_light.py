@@ -19,14 +19,7 @@ from stickslip.envs.tasks.definition import TASKS
 from tests.documents import ROOT
 
 HEAVY = ("jax", "jaxlib", "numpy", "scipy", "gymnasium", "cvxpy", "torch", "matplotlib")
-LAYERS = (
-    "dynamics",
-    "dynamics.biped",
-    "dynamics.ugv",
-    "optim",
-    "envs",
-    "envs.tasks",
-)
+LAYERS = ("dynamics", "dynamics.biped", "dynamics.ugv", "optim", "envs", "envs.tasks")
 
 
 def answer(code: str) -> list:

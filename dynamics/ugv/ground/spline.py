@@ -251,11 +251,5 @@ def _checked_points(x: Numeric, y: Numeric) -> tuple[np.ndarray, np.ndarray]:
     x, y = arrays
     if x.shape != y.shape:
         raise ValueError(f"x has {x.size} points and y {y.size}; accepted: as many y as x")
-    wrong = np.flatnonzero(np.diff(x) <= 0)
-    if wrong.size:
-        i = int(wrong[0]) + 1
-        fault = "repeats" if x[i] == x[i - 1] else "is less than"
-        raise ValueError(
-            f"x[{i}] = {x[i]} {fault} x[{i - 1}] = {x[i - 1]}; accepted: strictly increasing x [m]"
-        )
+    checks.require_increasing("x", x, "strictly increasing x [m]")
     return x, y

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import jax.numpy as jnp
 import numpy as np
 
-from stickslip.dynamics.checks import is_concrete, require_number, shown
+from stickslip.dynamics.checks import require_increasing, require_number, shown
 from stickslip.dynamics.pytrees import Number, Numbers, pytree_dataclass
 
 if TYPE_CHECKING:
@@ -58,8 +58,7 @@ class Surface:
                 f"knots of shape {shape}, factors of shape {np.shape(self.factors)}; accepted: [n] "
                 "of each, n >= 2"
             )
-        if is_concrete(self.knots) and np.any(np.diff(np.asarray(self.knots, float)) <= 0):
-            raise ValueError(f"knots = {shown(self.knots)}; accepted: {accepted}")
+        require_increasing("knots", self.knots, accepted)
         return self
 
     def at(self, x: Real[Number, "..."]) -> Float[Array, "..."]:

@@ -102,6 +102,24 @@ def best_of(problem: GridProblem, *, every: bool) -> Answer | Ended:
     return (least_demand if problem.goal.is_friction else answered)(problem, every=every)
 
 
+def _converged(problem: GridProblem, gait: Gait) -> tuple[Answer | None, Gait]:
+    """The best gait within the tangents about one gait after the other, if any, and the last."""
+    best, before = None, np.inf
+    for _ in range(ROUNDS):
+        at = replace(problem, around=gait.b)
+        found = best_of(at, every=False)
+        if isinstance(found, Answer):
+            if best and found.certificate.value >= best.certificate.value * SETTLED:
+                break
+            best, gait = found, found.gait
+            continue
+        nearer = relaxed(at, MOTOR)
+        if best or isinstance(nearer, Ended) or nearer.relaxation > SETTLED * before:
+            break
+        gait, before = at.gait_of(nearer.a, nearer.b), nearer.relaxation
+    return best, gait
+
+
 def within_motor(free: Answer) -> Answer:
     """A gait within the motor's power and torque rate, with the bounds of `free`, the best without.
 
@@ -116,25 +134,11 @@ def within_motor(free: Answer) -> Answer:
     a, b = (0 * first.a, np.mean(first.b)) if problem.periodic else (first.a, first.b[0, 0])
     slower = (problem.gait(s * a, s * float(b)) for s in 0.25 ** np.arange(16))
     slow = next((one for one in slower if not problem.exceeds_motor(one)), None)
-    mu = None if free.relaxed == FRICTION else problem.mu
-    answers, last = list[Answer](), first
-    for gait in (first,) if slow is None else (slow, first):
-        best, before = None, np.inf
-        for _ in range(ROUNDS):
-            at = replace(problem, around=gait.b, mu=mu)
-            found = best_of(at, every=False)
-            if isinstance(found, Answer):
-                if best and found.certificate.value >= best.certificate.value * SETTLED:
-                    break
-                best, gait = found, found.gait
-                continue
-            nearer = relaxed(at, MOTOR)
-            if best or isinstance(nearer, Ended) or nearer.relaxation > SETTLED * before:
-                break
-            gait, before = at.gait_of(nearer.a, nearer.b), nearer.relaxation
-        answers, last = answers + ([best] if best else []), gait
+    problem = replace(problem, mu=None if free.relaxed == FRICTION else problem.mu)
+    ends = [_converged(problem, gait) for gait in ((first,) if slow is None else (slow, first))]
+    answers = [best for best, _ in ends if best is not None]
     if not answers:
-        return replace(free, gait=last)
+        return replace(free, gait=ends[-1][1])
     answer = min(answers, key=lambda one: one.certificate.value)
     proved = replace(answer.certificate, bound=free.certificate.bound)
     return replace(answer, certificate=proved, every=free.every)

@@ -11,13 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from stickslip.dynamics.checks import require_integer, require_kind, require_memory
-from stickslip.optim.posture.bounds.cells import (
-    NONE,
-    StationCells,
-    Surveyor,
-    first_axis,
-    shapes,
-)
+from stickslip.optim.posture.bounds.cells import NONE, StationCells, Surveyor, first_axis, shapes
 from stickslip.optim.posture.bounds.ground import ground_of
 from stickslip.optim.posture.bounds.sweep import Sums, bottleneck, place
 from stickslip.optim.posture.criteria import LEAST_NORMAL
@@ -38,7 +32,6 @@ def at_least(name: str, of: StationCells) -> np.ndarray:
     """Lower bound of a station's cost in each cell."""
     if name == "peak_torque":
         found = np.maximum(of.at_least("torque", 1), of.at_least("torque", -1))
-        found = np.maximum(found, 0.0)
     elif name == "normal_force":
         found = np.maximum(of.at_least("N_rear", -1), of.at_least("N_front", -1))
     elif name == "grip":

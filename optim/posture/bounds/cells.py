@@ -202,7 +202,7 @@ class StationCells:
     radii: dict[str, float]
     inside: Boxes
     """Derivatives over each cell [..., R-1, F-1]; 0 where unknown."""
-    friction: tuple[Float[np.ndarray, "R-1 F-1"], float]
+    friction: tuple[Float[np.ndarray, "R-1 F-1"], float] = (np.zeros((0, 0)), 0.0)
     """Greatest mu of the rear wheel in each cell, and of the front one."""
 
     @property
@@ -288,9 +288,7 @@ class Surveyor:
         alive, inside = self._inside(bracket, rear, front, alive)
         rolled = self.arc.at(interval(self.problem.x[k : k + 1]))[0]
         own = bracket.front.slope.arctan() - rolled / r
-        unknown = (np.zeros(alive.shape), 0.0)
-        cells = StationCells(bracket, own, rear, front, alive, {}, {}, inside, unknown)
-        return self._valued(k, cells)
+        return self._valued(k, StationCells(bracket, own, rear, front, alive, {}, {}, inside))
 
     def halved(self, k: int, cells: StationCells) -> StationCells:
         """Every cell cut in four (a given angle's is not), without those beside all alive."""

@@ -1,4 +1,4 @@
-"""Rows with units as text (terminal, Markdown, HTML, CSV), and results of a command as JSON."""
+"""Rows with units as text (terminal, Markdown, CSV), and results of a command as JSON."""
 
 from __future__ import annotations
 
@@ -9,7 +9,6 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, fields, is_dataclass
 from enum import Enum
 from functools import partial
-from html import escape
 from math import isfinite
 from numbers import Integral
 from typing import Any
@@ -77,18 +76,6 @@ class Table:
             lines.append(["" if grouped and line[0] == before else line[0], *line[1:]])
             before = line[0]
         return "".join("  ".join(self._aligned(line, widths)).rstrip() + "\n" for line in lines)
-
-    def html(self) -> str:
-        """An HTML table, words to the left and numbers to the right."""
-        sides = ["left" if column.words else "right" for column in self.columns]
-        rows = [
-            "".join(
-                f'<{kind} style="text-align:{side}">{escape(cell)}</{kind}>'
-                for cell, side in zip(line, sides, strict=True)
-            )
-            for kind, line in zip(["th", *["td"] * len(self.rows)], self._shown(), strict=True)
-        ]
-        return "<table>" + "".join(f"<tr>{row}</tr>\n" for row in rows) + "</table>\n"
 
     def csv(self, digits: int | None = None) -> str:
         """A head and a line a row; see `cell_text`."""

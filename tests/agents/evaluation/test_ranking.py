@@ -149,7 +149,7 @@ def test_the_command_plays_ranks_and_writes_and_tells_a_false_score(capsys):
     assert content["aggregates"]["biped"]["liar"]["IQM"]["value"] == pytest.approx(0, abs=1e-4)
     assert [len(one["results"]) for one in content["methods"]] == [2, 1]
     assert sorted(path.name for path in Path("out").iterdir()) == [
-        *("liar.json", "mine.json", "ranking.md", "ranking.png"),
+        *("liar.json", "mine.json", "ranking.md", "ranking.png")
     ]
     assert "optimality gap" in Path("out/ranking.md").read_text()
     back = read_results(Path("out/liar.json")).results[0]

@@ -22,12 +22,7 @@ pytest.importorskip("cloudpickle")
 
 
 def test_what_goes_wrong_is_recorded_and_the_others_go_on():
-    names = ("raises", "gives_nan", "goes_outside", "hides_the_end", "gives_up")
-    names += ("exits", "searches")
-    given = {name: getattr(users, name) for name in names}
-    found = race(given, NAME, budget=40, seeds=1, workers=1)
-    runs = {run.method: run for run in found}
-    assert {name: run.outcome for name, run in runs.items()} == {
+    outcomes = {
         "raises": "raised",
         "exits": "raised",
         "gives_nan": "spent",
@@ -36,6 +31,10 @@ def test_what_goes_wrong_is_recorded_and_the_others_go_on():
         "gives_up": "ended",
         "searches": "spent",
     }
+    given = {name: getattr(users, name) for name in outcomes}
+    found = race(given, NAME, budget=40, seeds=1, workers=1)
+    runs = {run.method: run for run in found}
+    assert {name: run.outcome for name, run in runs.items()} == outcomes
     assert runs["raises"].message == "RuntimeError: no luck"
     assert runs["exits"].message == "SystemExit: 3"
     assert runs["gives_nan"].counts["not_numbers"] >= 40
@@ -66,7 +65,8 @@ def test_a_process_that_ends_is_said_and_the_race_goes_on(tmp_path):
 
 def test_a_run_is_killed_at_its_limit():
     (run,) = race({"sleeps": users.sleeps}, **GIVEN, limit=2.0)
-    assert (run.outcome, run.message) == ("timed out", "2 s")
+    assert (run.outcome, run.message) == ("timed out", "2 s with start and compiling")
+    assert f"- sleeps on {NAME}, seed 0: timed out, 2 s" in counted_text([run])
     assert multiprocessing.active_children() == []
 
 

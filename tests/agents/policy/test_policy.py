@@ -211,10 +211,7 @@ def test_a_pipe_is_refused_at_once(tmp_path):
 def test_what_could_not_be_loaded_is_not_written(tmp_path):
     policy = make_policy()
     for bad, words in (
-        (
-            replace(policy, biases=tuple(bias.astype(jnp.float16) for bias in policy.biases)),
-            "f2",
-        ),
+        (replace(policy, biases=tuple(bias.astype(jnp.float16) for bias in policy.biases)), "f2"),
         (replace(policy, scale=policy.scale * 0 + 1e-45), "scale"),
     ):
         with pytest.raises(ValueError, match=words):

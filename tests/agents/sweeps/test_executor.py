@@ -30,6 +30,8 @@ class Mortal(Executor):
 
 
 def test_processes_write_the_same_rows_and_a_lost_one_is_resumed_here(tmp_path):
+    with pytest.raises(ValueError, match="executor = 'dask'; accepted: None, or an Executor"):
+        swept(tmp_path / "here", executor="dask")  # and leaves no directory
     swept(tmp_path / "here")
     here = read_sweep(tmp_path / "here").combine_chunks()
     lost = pytest.raises(OSError, match="workers were lost; what was written stays")

@@ -156,11 +156,7 @@ def test_the_biped_is_swept_as_it_is_evaluated(tmp_path):
     params = env.make_params(time_limit=SHORT, randomisation=drawn, max_crank_rate=6.0)
     player = ConstantTorque(4.0)
     done = sweep(
-        (env, params),
-        {"push": player},
-        {"mu": [0.02, 0.4], "time_limit": [SHORT]},
-        8,
-        tmp_path,
+        (env, params), {"push": player}, {"mu": [0.02, 0.4], "time_limit": [SHORT]}, 8, tmp_path
     )
     assert (done.episodes, done.cells) == (16, 1)
     found = sweep_arrays(tmp_path)

@@ -9,12 +9,7 @@ import pytest
 
 from stickslip.agents import evaluate
 from stickslip.agents.evaluation.rollout import first_state, rollout
-from stickslip.agents.ugv.controllers import (
-    FixedPosture,
-    FollowPath,
-    LevelBody,
-    Optimum,
-)
+from stickslip.agents.ugv.controllers import FixedPosture, FollowPath, LevelBody, Optimum
 from stickslip.dynamics.ugv import Track
 from stickslip.optim import solve
 from tests.envs.ugv.helpers import task

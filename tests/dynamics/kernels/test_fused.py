@@ -99,11 +99,7 @@ def test_xla_compiles_the_kernel_as_one(size, tmp_path):
 
 
 @pytest.mark.parametrize(
-    "unread",
-    [
-        lambda x, y: jnp.sin(x),
-        lambda x, y: jnp.sin(x) + jnp.where(jnp.array(True), x, y),
-    ],
+    "unread", [lambda x, y: jnp.sin(x), lambda x, y: jnp.sin(x) + jnp.where(jnp.array(True), x, y)]
 )
 @pytest.mark.parametrize("size", [None, 5000])
 @pytest.mark.parametrize("constant", [False, True])

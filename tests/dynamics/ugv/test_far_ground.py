@@ -58,8 +58,7 @@ OTHERS = ("uneven", "pchip", "linear", "cubic table", "ramp", "step", "ditch")
 
 
 @pytest.mark.parametrize(
-    "kind",
-    ["cubic", "bump", *(pytest.param(one, marks=pytest.mark.long) for one in OTHERS)],
+    "kind", ["cubic", "bump", *(pytest.param(one, marks=pytest.mark.long) for one in OTHERS)]
 )
 @mostly_single
 def test_nothing_depends_on_where_the_ground_lies(kind, dtype):

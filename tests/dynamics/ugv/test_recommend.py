@@ -51,10 +51,7 @@ def test_what_is_recommended_on_three_sines_is_right_there(kind, tolerance):
     np.testing.assert_array_equal(own.status, truth.status)
     torque, contact = (
         np.max(np.abs(np.asarray(one, float) - np.asarray(other, float)))
-        for one, other in (
-            (own.torque, truth.torque),
-            (own.pose.rear.x, truth.pose.rear.x),
-        )
+        for one, other in ((own.torque, truth.torque), (own.pose.rear.x, truth.pose.rear.x))
     )
     assert torque / (params.weight * params.wheel_radius) <= found.promised_error <= tolerance
     assert contact <= found.promised_error * params.wheel_radius

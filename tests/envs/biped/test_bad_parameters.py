@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import fields
 
 import gymnasium
+import jax
 import numpy as np
 import pytest
 
@@ -62,6 +63,15 @@ def test_unknown_fields_are_refused():
 def test_a_bad_range_is_named_with_what_is_accepted(ranges, message):
     with pytest.raises(ValueError, match=message):
         BipedEnv().make_params(randomisation=Randomisation(**ranges))
+
+
+def test_a_batch_of_robots_is_drawn_from_or_mapped_over():
+    env, key = BipedEnv(), jax.random.key(0)
+    params = env.make_params(robot=BipedParams.from_bars(crank_length=[0.03, 0.033]))
+    with pytest.raises(ValueError, match=r"robot is a batch \(2,\); accepted: one, vmap"):
+        env.reset(key, params)
+    with pytest.raises(ValueError, match=r"robot = \(0, 0\.5\); .* in a batch of robots \(n,\)$"):
+        params.replace(randomisation=Randomisation(robot=(0, 0.5)))
 
 
 def test_friction_cannot_be_drawn_on_a_grip_floor():

@@ -80,13 +80,7 @@ def test_terminated_means_a_terminal_status_and_nothing_else(name):
 
 @pytest.mark.parametrize(
     ("period", "limit", "steps"),
-    [
-        (0.02, 10.0, 500),
-        (0.02, 0.6, 30),
-        (0.05, 10.0, 200),
-        (0.01, 0.333, 33),
-        (0.02, 0.001, 1),
-    ],
+    [(0.02, 10.0, 500), (0.02, 0.6, 30), (0.05, 10.0, 200), (0.01, 0.333, 33), (0.02, 0.001, 1)],
 )
 def test_the_time_limit_is_met_to_the_nearest_control_step(period, limit, steps):
     env, params = task()

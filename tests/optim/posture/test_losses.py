@@ -94,8 +94,7 @@ def test_the_friction_of_a_tracks_file_is_that_under_each_wheel(tmp_path):
 
 
 @pytest.mark.parametrize(
-    "given",
-    [{}, pytest.param({"free_split": True, "friction": 0.08}, marks=pytest.mark.long)],
+    "given", [{}, pytest.param({"free_split": True, "friction": 0.08}, marks=pytest.mark.long)]
 )
 def test_gradients_of_a_vehicle_with_losses_are_those_of_differences(given):
     problem = replace(tiny("total_energy"), params=LOSSY, **given)
