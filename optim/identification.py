@@ -118,6 +118,9 @@ class WalkLog:
                 raise ValueError(f"{name} has shape {value.shape}; accepted: {accepted}")
             settle(self, **{name: read_only(value)})
         checks.require_increasing("times", self.times, "increasing times [s]")
+        turned = np.abs(np.abs(np.diff(self.angles)) - 2 * np.pi) < 1.0
+        if np.any(turned & (np.diff(self.times) < 0.1)):  # 50 rad/s
+            raise ValueError("angles jump by a turn; accepted: ones without jumps (numpy.unwrap)")
 
     @property
     def noise(self) -> float:

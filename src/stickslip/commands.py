@@ -53,9 +53,7 @@ COMMANDS = {
         {
             "stickslip evaluate biped-ice crank-speed-pi": "a trained policy beside a baseline",
             "stickslip evaluate --task UGVBump-v1 level-body --json": "scores on a task, as JSON",
-            "stickslip evaluate --task all runs/ppo runs/mine --out ranking": (
-                "two methods, each a directory of runs, over all their tasks"
-            ),
+            "stickslip evaluate --task all runs/ppo runs/mine --out ranking": "rank two methods",
         },
     ),
     "simulate": Command(
@@ -123,9 +121,7 @@ COMMANDS = {
         "agents.exchange.record:record_command",
         {
             "stickslip record biped-ice": "a trained policy on its task",
-            "stickslip record ugv-random-bumps --noise 0 0.5 1 --regret": (
-                "expert, medium and random, with the regret of each step"
-            ),
+            "stickslip record ugv-random-bumps --noise 0 1 --regret": "expert and random, regret",
         },
     ),
     "optimise": Command(

@@ -122,6 +122,7 @@ def test_logs_that_will_not_do_are_refused():
         ({"times": t[::-1]}, "increasing"),
         ({"angles": t[:40]}, "shape"),
         ({"torques": np.full(50, np.nan)}, "finite"),
+        ({"angles": (9 * t + 3) % (2 * np.pi)}, "jump by a turn; .*unwrap"),
     ):
         with pytest.raises(ValueError, match=match):
             WalkLog(**{"times": t, "torques": t, "angles": t} | change)
