@@ -374,14 +374,14 @@ class Surveyor:
         return replace(valued, alive=alive, values=values)
 
     def _friction(self, k: int, cells: StationCells) -> tuple[np.ndarray, float]:
-        x, mu, surface = float(self.problem.x[k]), self.friction[k], self.problem.track.surface
+        x, mu, surface = self.problem.x[k : k + 1], self.friction[k], self.problem.track.surface
         rear = np.full(cells.alive.shape, mu)
         if surface is None:
             return rear, float(mu)
         Q = self._wheelbases(_boxes(cells.rear, cells.front, cells.alive)).value
         behind = cells.bracket.where(Q)[0]
         rear[cells.alive] = surface.mu(mu, surface.most(behind.lo, behind.hi))
-        return rear, float(surface.mu(mu, surface.at(x)))
+        return rear, float(surface.mu(mu, surface.most(x, x))[0])
 
     def _ruled_out(self, k: int, cells: StationCells) -> np.ndarray:
         """Cells in which a wheel slips or lifts in every posture, by more than is let pass.
