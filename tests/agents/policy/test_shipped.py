@@ -82,7 +82,7 @@ def test_evaluating_one_by_name_alone_scores_it_on_its_task(capsys):
 def test_what_is_best_known_by_a_policy_of_the_package_is_what_its_file_says():
     best = {name: known_of(task).best for name, task in TASKS.items()}
     shipped = {name: one for name, one in best.items() if one.policy in shipped_names()}
-    assert "BipedFast-v0" in shipped
+    assert "BipedSprint-v1" in shipped
     for name, one in shipped.items():
         record = record_of(one.policy)
         assert record.task.name == name
