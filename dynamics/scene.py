@@ -146,8 +146,8 @@ class Scene:
             require_broadcast(**vars(self.floor))
         if isinstance(self.floor, Uniform | Patches):
             static, kinetic = self.floor.mu_static, self.floor.mu_kinetic
-            if checks.is_concrete(static, kinetic) and np.any(np.greater(kinetic, static)):
-                over = np.greater(kinetic, static)
+            concrete = checks.is_concrete(static, kinetic)
+            if concrete and np.any(over := np.greater(kinetic, static)):
                 given = [np.broadcast_to(one, over.shape)[over][0] for one in (kinetic, static)]
                 raise ValueError(
                     f"mu_kinetic = {given[0]} exceeds mu_static = {given[1]}; accepted: "

@@ -410,6 +410,6 @@ def bench_flags(parser: Parser, part: str) -> None:
     add("--seconds", "processor time of a run", type=float)
     add("--seeds", "of each method on each instance", type=int, default=3)
     add("--resume", "continue the race in --out, if there is one", action="store_true")
-    about = "time [s] after which a run is killed, with its start and compiling (default: 120)"
+    about = "time [s] after which a run is killed, with its start and compiling"
     add("--limit SECONDS", about, type=float, default=120.0)
     add("--workers", "processes (default: cores)", type=int)
