@@ -50,6 +50,9 @@ def test_an_evaluation_is_a_table_in_markdown_for_a_terminal_and_in_csv(evaluati
         "\n"
         "ice    pi                 2               -              -\n"
     )
+    named = replace(evaluation, rows=(replace(evaluation.rows[0], scene="<b> & c"),))._repr_html_()
+    assert named.startswith("<pre>scene")
+    assert "&lt;b&gt; &amp; c" in named  # whatever the name, text
     noted = replace(evaluation, seeds=(0, 1, 2, 3)).to_text()
     assert noted.endswith(
         "\nNothing is drawn in grip, ice: all 4 episodes are the same one, which was played once.\n"
