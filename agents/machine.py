@@ -78,8 +78,7 @@ class Machine(ABC, Generic[Env, Params, Config]):
     viewed_scene: ClassVar[str | None] = None
     """Scene of baselines alone in `view`, by default the first, as in `evaluate`."""
     options: ClassVar[Mapping[str, Mapping[str, Any]]] = {}
-    """Flags of `evaluate`, `view` and `sweep` for what no number of a task says: their options of
-    `add_argument` by name."""
+    """Flags of `evaluate`, `view` and `sweep` beside numbers: `add_argument` options by name."""
     tables: ClassVar[Mapping[str, Mapping[str, str]]] = {}
     """More names for the end of the help, by title."""
     functions: ClassVar[Mapping[str, tuple[str, ...]]] = {}
@@ -111,8 +110,7 @@ class Machine(ABC, Generic[Env, Params, Config]):
     ) -> Task[Env, Params]:
         """The task with what the options ask for instead, for `evaluate` or for `view`.
 
-        options: by name, None where one is not given; numbers: by the names of axes. ValueError
-        where they will not do.
+        options: by name, None where not given; numbers: by names of axes. ValueError for bad ones.
         """
         if scene is not None:
             if not self.scenes:

@@ -324,6 +324,17 @@ def uniform(key: Array, bounds: Range, dtype: DTypeLike, shape: tuple[int, ...] 
     return low + (high - low) * jax.random.uniform(key, shape, dtype)
 
 
+def noisy(values: Array, deviation: Any, chain: Array | None, elapsed: Array) -> Array:
+    """Values with normal errors of that deviation, new ones in each step; None: without.
+
+    chain: random key, as plain numbers.
+    """
+    if chain is None:
+        return values
+    key = jax.random.fold_in(jax.random.wrap_key_data(chain), elapsed)
+    return values + deviation * jax.random.normal(key, values.shape, values.dtype)
+
+
 def require_range(
     name: str,
     given: Any,

@@ -102,8 +102,7 @@ class Identified:
 
 @dataclass(frozen=True)
 class WalkLog:
-    """times [n] [s], torques [n], each held to the next time [N m], crank angles [n] [rad] of an
-    encoder that counts turns."""
+    """times [n] [s], torques [n] until the next [N m], crank angles [n] [rad], turns counted."""
 
     times: Float[np.ndarray, " n"]
     torques: Float[np.ndarray, " n"]

@@ -1,7 +1,6 @@
 """Progress on standard error, in one style.
 
-On a terminal a bar of tqdm's, where that is installed; elsewhere a line now and then, and none for
-work that is soon done.
+On a terminal a bar of tqdm's, if installed; elsewhere a line now and then; none for short work.
 """
 
 from __future__ import annotations

@@ -172,8 +172,7 @@ class StopAtMark(Ruled):
     Every torque is the nearest one without slip or fall (`safe_torque`). Without a mark it follows
     the gait for the commanded rate.
 
-    cruise [rad/s]. gain [rad/(s m)]. friction [-]: to be set below the floor's static one. margin:
-    see `safe_torque`.
+    cruise [rad/s]. gain [rad/(s m)]. friction [-]: below the floor's. margin: see `safe_torque`.
     """
 
     cruise: ArrayLike = 6.0

@@ -13,10 +13,7 @@ from stickslip.envs.biped.state import BipedEnvState, Drawn, drawn_robot
 from stickslip.envs.rendering.page import Episode, Event, Line, Panel
 
 if TYPE_CHECKING:
-    from jaxtyping import Array
-
     from stickslip.agents.evaluation.rollout import Rollout
-    from stickslip.dynamics.biped import BipedModel, BipedState
     from stickslip.envs.biped.env import BipedEnv
     from stickslip.envs.biped.params import BipedEnvParams
     from stickslip.envs.tasks.known import Scale
@@ -54,12 +51,6 @@ def walk_panels(
     )
 
 
-@jax.jit
-def momentum_of(robot: BipedModel, states: BipedState) -> Array:
-    """P(theta) x crank rate [n]: horizontal momentum without a slide's [kg m/s]."""
-    return jax.vmap(lambda one: robot.inertia.at(one.phase).P * one.crank_rate)(states)
-
-
 def as_episode(
     played: Rollout[BipedEnvState],
     env: BipedEnv,
@@ -74,7 +65,8 @@ def as_episode(
     frames = biped_frames(states, infos, params)
     robot = drawn_robot(played.start_state.drawn, params)
     commanded = np.asarray(states.drawn.mean_rate, float)
-    momentum = np.asarray(momentum_of(robot, states.biped), float)
+    moments = jax.vmap(lambda phase: robot.inertia.at(phase).P)(states.biped.phase)
+    momentum = np.asarray(moments * states.biped.crank_rate, float)  # without a slide's
     cruise = float(robot.total_mass * robot.step_length) * commanded / np.pi
     panels = walk_panels(frames, momentum, float(params.torque_limit), commanded, cruise)
     terms = {one: episodes.from_start(played.info[f"reward_{one}"]) for one in TERMS}

@@ -11,7 +11,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from stickslip.agents.biped.controllers import StopAtMark, StopMemory
-from stickslip.agents.biped.prediction import SHARE, action_of
+from stickslip.agents.biped.prediction import SHARE, action_of, after_a_period
 from stickslip.agents.protocol import Ruled
 from stickslip.dynamics.biped.contact import Friction
 from stickslip.dynamics.biped.estimation import Belief, Noise, initial_belief, mixed, observe
@@ -20,7 +20,7 @@ from stickslip.dynamics.biped.safety import nearest_safe
 from stickslip.dynamics.checks import require_kind
 from stickslip.dynamics.pytrees import pytree_dataclass
 from stickslip.dynamics.scene import Uniform
-from stickslip.envs.biped.state import BipedEnvState, drawn_robot, unloaded_robot
+from stickslip.envs.biped.state import BipedEnvState, drawn_robot, seen_angle, unloaded_robot
 from stickslip.envs.functional import NON_NEGATIVE, POSITIVE, Range
 
 if TYPE_CHECKING:
@@ -83,7 +83,7 @@ class OutputFeedback(Ruled):
     which a foot on the estimated friction neither slips nor tips (`safe_torque`).
 
     controller: what is followed. noise: standard deviation of an angle read [rad], which this
-    controller adds to the true angle; by default a 12-bit encoder's. disturbance: of the torque,
+    controller adds to the environment's; by default a 12-bit encoder's. disturbance: of the torque,
     for what the filters' model leaves out [N m]. changes: rate at which the floor is expected to
     become another [1/s]. ratio: kinetic over static friction, taken to be known. quantile: share of
     the probability below the friction taken for the floor's; reserve: share of that friction that
@@ -91,7 +91,8 @@ class OutputFeedback(Ruled):
 
     Read of the environment: the angle (and at the start its mean slope over the period before), the
     ranges of the loads that resets draw, the commanded rate and the distance to a mark. The foot
-    rests at the start. Masses that no reset draws are known. Neglected: what a motor's power limit
+    rests at the start. Torques that a delay holds back are known, and what they will do is
+    predicted. Masses that no reset draws are known. Neglected: what a motor's power limit
     or a shield of the environment changes of the torque.
     """
 
@@ -121,10 +122,10 @@ class OutputFeedback(Ruled):
         drawn, zero = env_params.randomisation, jnp.zeros((), dtype)
         load = _moments(drawn.payload, 0.0, dtype), _moments(drawn.mass, 1.0, dtype)
         means, spread = (jnp.stack([*one, zero, zero, zero]) for one in zip(*load, strict=True))
-        angle = self._read(env_state, env_state.biped.steps)
+        angle, error = self._read(env_state, env_params, env_state.biped.steps)
         slope = np.sqrt(2) / jnp.asarray(env_params.control_period, dtype)
         read = env_state.biped.crank_rate + slope * (angle - env_state.biped.phase)
-        deviations = jnp.asarray(self.noise, dtype) * jnp.stack([jnp.ones((), dtype), slope])
+        deviations = error * jnp.stack([jnp.ones((), dtype), slope])
         belief = initial_belief(angle, read, deviations, means, spread)
         bank = jax.tree.map(lambda one: jnp.broadcast_to(one, (n, *one.shape)), belief)
         estimate = Estimate(bank, jnp.full(n, 1 / n, dtype), env_state.biped.steps)
@@ -138,18 +139,22 @@ class OutputFeedback(Ruled):
         dtype = env_state.biped.phase.dtype
         after = self._observed(memory, env_state, env_params)
         estimate = jax.tree.map(partial(jnp.where, memory.begun), after, memory.estimate)
-        state = estimate.put_into(env_state)
         mu = jnp.minimum(self.reserve * estimate.friction(self.quantile), self.most).astype(dtype)
         gait = replace(self.controller.gait, friction=mu)
         controller = replace(self.controller, friction=mu, gait=gait)
-        walker, action = controller.act(memory.walker, obs, state, env_params)
-
         numbers = controller.margin, env_params.control_period, env_params.torque_limit
         margin, period, limit = (jnp.asarray(one, dtype) for one in numbers)
+        state, waiting = estimate.put_into(env_state), env_state.waiting
         robot, floor = drawn_robot(state.drawn, env_params), Friction(mu, mu * self.ratio)
+        for torque in waiting:  # of a delayed motor
+            biped = after_a_period(robot, state.biped, torque, period, floor.mu_kinetic)
+            state = replace(state, biped=biped)
+        walker, action = controller.act(memory.walker, obs, state, env_params)
+
         asked = robot, state.biped, limit * action[0], margin, period, limit, floor, mu
         action = action_of(nearest_safe(*asked).torque, env_params, env_state)
-        return FeedbackMemory(estimate, mu, limit * action[0], jnp.ones((), bool), walker), action
+        torque = (*waiting, limit * action[0])[0]
+        return FeedbackMemory(estimate, mu, torque, jnp.ones((), bool), walker), action
 
     def _observed(
         self, memory: FeedbackMemory, env_state: BipedEnvState, env_params: BipedEnvParams
@@ -157,10 +162,11 @@ class OutputFeedback(Ruled):
         """The estimate after another angle read, a period after the one before."""
         bank, probabilities, steps = memory.estimate
         dtype = probabilities.dtype
-        numbers = env_params.control_period, self.changes, self.noise, self.disturbance, self.ratio
-        period, changes, noise, disturbance, ratio = (jnp.asarray(one, dtype) for one in numbers)
+        numbers = env_params.control_period, self.changes, self.disturbance, self.ratio
+        period, changes, disturbance, ratio = (jnp.asarray(one, dtype) for one in numbers)
         bank, prior = mixed(bank, probabilities, changes * period)
-        angle, drawn = self._read(env_state, steps), env_params.randomisation
+        angle, noise = self._read(env_state, env_params, steps)
+        drawn = env_params.randomisation
         ranges = {"payload": drawn.payload, "mass_factor": drawn.mass}
         loads = tuple(name for name, ends in ranges.items() if ends is not None)
         robot = unloaded_robot(env_state.drawn, env_params)
@@ -175,13 +181,18 @@ class OutputFeedback(Ruled):
         bank = bank._replace(mean=bank.mean.at[:, 0].add(-np.pi * turned))
         return Estimate(bank, likely, steps + turned.astype(steps.dtype))
 
-    def _read(self, env_state: BipedEnvState, steps: Int[Array, ""]) -> Float[Array, ""]:
-        """The encoder's angle less that of some steps [rad]; its noise is drawn by the angle."""
-        phase = env_state.biped.phase
+    def _read(
+        self, env_state: BipedEnvState, env_params: BipedEnvParams, steps: Int[Array, ""]
+    ) -> tuple[Float[Array, ""], Float[Array, ""]]:
+        """The encoder's angle less that of some steps, its noise drawn by the angle, and the
+        standard deviation of all its noise [rad]."""
+        phase = seen_angle(env_state, env_params)
         bits = jax.lax.bitcast_convert_type(phase.astype(jnp.float32), jnp.uint32)
         noise = jax.random.normal(jax.random.fold_in(jax.random.key(0), bits), (), phase.dtype)
         turned = np.pi * (env_state.biped.steps - steps).astype(phase.dtype)
-        return (phase + turned + self.noise * noise).astype(phase.dtype)
+        own = 0.0 if env_params.encoder_noise is None else env_params.encoder_noise
+        error = jnp.hypot(jnp.asarray(self.noise, phase.dtype), jnp.asarray(own, phase.dtype))
+        return (phase + turned + self.noise * noise).astype(phase.dtype), error
 
 
 def _moments(ends: Range | None, otherwise: float, dtype: jnp.dtype) -> tuple[Array, Array]:

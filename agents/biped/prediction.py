@@ -284,8 +284,7 @@ class OptimalGait(Memoryless):
     def suited_to(self, env_params: BipedEnvParams) -> OptimalGait:
         """The controller with gaits of these parameters' robot, its motor at 90 % of its limit.
 
-        Its own one for the reference robot, and where robots are drawn. ValueError where there are
-        no gaits.
+        Its own one for the reference robot, and where robots are drawn. ValueError without gaits.
         """
         robot = env_params.only_robot
         if robot is None or same_numbers(robot, BipedParams.from_bars()):

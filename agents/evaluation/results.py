@@ -50,10 +50,8 @@ class Result:
 
     returns: of each episode, or their mean alone; empty before it is played. cost: mean of an
     episode, None without a limit. failures: share of the episodes. seed, steps, seconds (wall
-    clock), processor_seconds (of all cores): of the training, None where there was none or it is
-    not known. policy: file, name in the package or baseline; None where only the returns are known.
-    replayed: played here.
-    """
+    clock), processor_seconds (of all cores): of the training, None if unknown. policy: file, name
+    in the package or baseline; None where only the returns are known. replayed: played here."""
 
     task: str
     returns: tuple[float, ...] = ()

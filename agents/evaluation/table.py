@@ -171,8 +171,7 @@ class Evaluation:
 
 
 def joined(parts: Sequence[Evaluation], order: Sequence[str]) -> Evaluation:
-    """One table of several over the same seeds and columns: scenes as they come, within a scene
-    controllers in the order given."""
+    """One table of several over the same seeds and columns, scene by scene, in the order given."""
     rows = [row for part in parts for row in part.rows]
     scenes = list(dict.fromkeys(row.scene for row in rows))
     rows.sort(key=lambda row: (scenes.index(row.scene), order.index(row.controller)))

@@ -58,8 +58,7 @@ def name_of(body: str) -> str:
 
 
 class Mechanism(NamedTuple):
-    """Masses and places of the 24 bodies at the crank angle SUPPORT_START, where both feet are on
-    the floor; ground frame, SI units."""
+    """Masses and places of the 24 bodies at SUPPORT_START, both feet on the floor; ground frame."""
 
     mass: Float[Array, " 24"]
     """In the order of BODIES, the payload in the hip's [kg]."""
@@ -244,8 +243,7 @@ def joint_of(body: str) -> str:
 def _body(
     above: Element, machine: Mechanism, body: str, place: np.ndarray, origin: np.ndarray
 ) -> Element:
-    """A body whose frame lies at `place`, drawn as bars between its pins; the plane's inertia
-    stands for all three."""
+    """A body with its frame at `place`: bars between pins; all axes have the plane's inertia."""
     index = BODIES.index(body)
     element = add(above, "body", name=name_of(body), pos=place - origin)
     centre, about = np.asarray(machine.placed.centres[index]), float(machine.inertia[index])

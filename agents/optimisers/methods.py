@@ -31,10 +31,8 @@ class Method:
     """An optimiser by name.
 
     function: minimises until it ends or the budget ends it. inside: it works on the problem itself,
-    so that only its time is comparable and its seeds do not differ. batch: points evaluated at
-    once. families: of instances, all if empty. convex: whether it takes convex instances only.
-    most: free numbers at most.
-    """
+    only its time is comparable. batch: points evaluated at once. families: of instances, all if
+    empty. convex: whether it takes convex instances only. most: free numbers."""
 
     name: str
     function: Optimiser

@@ -219,8 +219,7 @@ def draw_panels(
     title: str = "",
     slips: np.ndarray | None = None,
 ) -> Figure:
-    """Panels over x [n], labelled `below`. slips: shaded where true [n], from the sample before
-    each slip to its last one."""
+    """Panels over x [n], labelled `below`. slips [n]: shaded, from the sample before each."""
     figure, axes = make_sheet(len(panels), 1, (9, ROW * len(panels) + 0.8), title)
     for axis, panel in zip(axes, panels, strict=True):
         style = "steps-pre" if panel.steps else "default"

@@ -1,9 +1,7 @@
 """Numbered cells of work: computed by an executor, kept as a Parquet data set.
 
 A directory holds `data/cell-000000.parquet` and so on, and a JSON file that defines them. Only the
-calling process writes, atomically; a run resumes with the cells that are missing. Used by sweeps
-and by races of optimisers.
-"""
+calling process writes, atomically; a run resumes with the missing cells. For sweeps and races."""
 
 from __future__ import annotations
 

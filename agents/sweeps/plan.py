@@ -1,5 +1,4 @@
-"""The plan of a sweep: cases (a policy on a task, checked before anything is compiled), the grid of
-its axes, and cells of episodes.
+"""The plan of a sweep: cases (a policy on a task, checked before compiling), its grid and cells.
 
 A cell is one file and one call of a vmapped program. All cells of a case have one size, the last
 one padded, so that a case is one program, and results depend on nothing but the cells' size.

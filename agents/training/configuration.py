@@ -258,8 +258,7 @@ def changes(config: Configuration) -> dict[str, object]:
 
 
 def settings_given(given: Mapping[str, Any], kind: type[Configuration]) -> dict[str, object]:
-    """Fields by name as parsed arguments give them: those of --config FILE, and before them those
-    of the command line."""
+    """Fields by name, of --config FILE and of the command line, which takes precedence."""
     found: dict[str, Any] = {}
     if given.get("config") is not None:
         found |= read_settings(given["config"], kind)

@@ -52,8 +52,7 @@ class TrainState:
 
 
 class Run(NamedTuple):
-    """A run that may be written to. latest: the checkpoint to go on from, None at the beginning;
-    state: what it holds."""
+    """A run that may be written to. latest: checkpoint to go on from, None at first; state: its."""
 
     path: Path
     config: Configuration

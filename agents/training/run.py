@@ -199,8 +199,7 @@ class _Training:
         self._say(f"{at:>10,} steps  {line.replace('nan', '  -')}")
 
     def _tidy(self) -> None:
-        """Keep the latest checkpoints and the best, whose policy becomes the run's; before the
-        first evaluation it is the latest's."""
+        """Keep the latest checkpoints and the best, the run's policy (at first the latest's)."""
         every = runs.list_checkpoints(self.run.checkpoints)
         steps = best_evaluation(self.run.path)[0]
         best = [one for one in every if int(one.name) == steps] if steps else every[-1:]

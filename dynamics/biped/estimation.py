@@ -61,8 +61,7 @@ class Belief(NamedTuple):
 
 
 class Noise(NamedTuple):
-    """Standard deviations of one angle [rad], and of the torque of one step, all that the model
-    leaves out [N m]."""
+    """Standard deviations of an angle [rad] and of a step's torque, all that is neglected [N m]."""
 
     angle: Number
     torque: Number
@@ -117,8 +116,7 @@ def observe(
     loads: tuple[str, ...] = tuple(LOADS),
     integrator: RK4Split = ONE_STEP,
 ) -> Belief:
-    """The belief after `duration` [s] under a constant torque [N m] and one more angle [rad], NaN
-    where none was read.
+    """The belief after `duration` [s] of a torque [N m] and one more angle [rad], NaN for none.
 
     An extended Kalman filter whose prediction is one step of the walk (MODEL 1.4), switches
     included, its slopes differences of such steps. The encoder reads the angle + bias + noise, the

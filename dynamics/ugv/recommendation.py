@@ -92,8 +92,7 @@ def recommend(
     clearance; without, they are several times cheaper and a pose on hollow ground may pass for a
     good one. dtype: only settings of this precision.
 
-    What is promised is a quantile over random vehicles, ground and postures, not a bound on every
-    pose: Recommendation says which.
+    A promise is a quantile over random vehicles, ground and postures, no bound on every pose.
     Raises ValueError with the best promise if none meets the tolerance, and for ground that nothing
     was measured on.
     """

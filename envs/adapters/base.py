@@ -55,8 +55,7 @@ class Compiled(Generic[State, Params]):
         self._spec = spec
 
     spec: Any = property(lambda self: self._spec, _set_spec)
-    """Gymnasium's EnvSpec, where its `make` or `make_vec` made this, else None; max_episode_steps
-    is that of the parameters."""
+    """EnvSpec of Gymnasium's `make` or `make_vec`, or None; max_episode_steps by the parameters."""
 
     @property
     def functional(self) -> FunctionalEnv[State, Params]:

@@ -16,7 +16,7 @@ from stickslip.dynamics.biped import contact as contacts
 from stickslip.dynamics.biped.recommendation import setting_of
 from stickslip.dynamics.biped.settings import Fidelity, Integrator, Setting, require_fidelity
 from stickslip.dynamics.biped.simulation import stepped
-from stickslip.dynamics.checks import require_kind, require_known
+from stickslip.dynamics.checks import require_integer, require_kind, require_known
 from stickslip.dynamics.pytrees import compensated, require_one
 from stickslip.dynamics.scene import Grip, Patches, Scene
 from stickslip.dynamics.status import Status
@@ -44,6 +44,8 @@ MAX_SIGHT = 10.0
 """Clip of the observed distance to the next patch, or to a mark [m]."""
 MAX_FRICTION = 10.0
 """Clip of the observed friction coefficient [-]."""
+MOST_DELAY = 50
+"""Most control periods from an action to its torque."""
 
 
 def _number(reward: Any, dtype: Any) -> Float[Array, ""]:
@@ -68,7 +70,8 @@ class BipedEnv(FunctionalEnv[episode.BipedEnvState, BipedEnvParams]):
     | 0 | torque | [-1, 1] | motor torque on the crank, times `torque_limit` (4 N m) |
 
     Actions beyond the range saturate. info["torque"] is the applied torque [N m]. `max_power` caps
-    |torque x crank rate|; info has the torque at the step's end.
+    |torque x crank rate|; info has the torque at the step's end. With a `delay` the motor applies
+    the action of so many control periods before, and no torque until the first arrives.
 
     ## Observation
     | entry | unit | range | when |
@@ -86,7 +89,8 @@ class BipedEnv(FunctionalEnv[episode.BipedEnvState, BipedEnvParams]):
     | kinetic friction coefficient under the foot | - | [0, 10] | `see_friction` |
 
     All functions of the angle have period pi, since the legs take turns: hence 2 theta. Friction is
-    hidden by default, motion (`see_motion`) is seen; without it an encoder's angle is all.
+    hidden by default, motion (`see_motion`) is seen; without it an encoder's angle is all. With
+    `encoder_noise` the observed theta has a normal error, independent in each step.
 
     ## Reward
     The sum of these rates, times the control period. A perfect episode of 10 s earns about 10 times
@@ -130,9 +134,9 @@ class BipedEnv(FunctionalEnv[episode.BipedEnvState, BipedEnvParams]):
     the ankle], final_obs, autoreset. Of the episode so far: episode_return, episode_length [steps],
     episode_walked and episode_slid [m], episode_energy [J], episode_mean_rate [rad/s].
 
-    Static choices: autoreset, see_friction, see_patch, see_motion; shield, a margin (0.02) with
-    which the nearest torque without slip or fall is applied (`safe_torque`; it knows the floor and
-    the masses, and info["shield"] is its status); and speed against accuracy, either by the setting
+    Static choices: autoreset, see_friction, see_patch, see_motion, delay; shield, a margin (0.02)
+    with which the nearest torque without slip or fall is applied (`safe_torque`; it knows floor and
+    masses, and info["shield"] is its status); and speed against accuracy, either by the setting
     ("fast", "balanced", "exact" or a Setting, whose dt is the integrator's longest step in the
     standard control period of 0.02 s), or by fidelity of the inertia functions, substeps of the
     integrator in a control step and the switches located in it (max_events). Version 0.
@@ -147,6 +151,7 @@ class BipedEnv(FunctionalEnv[episode.BipedEnvState, BipedEnvParams]):
     see_patch: bool = False
     shield: float | None = field(default=None, repr=False)  # a task's digest is of the repr
     see_motion: bool = field(default=True, repr=False)
+    delay: int = field(default=0, repr=False)
 
     action_names = ("torque",)
     params_kind, state_kind = BipedEnvParams, episode.BipedEnvState
@@ -171,6 +176,7 @@ class BipedEnv(FunctionalEnv[episode.BipedEnvState, BipedEnvParams]):
                 )
         for name in ("see_friction", "see_patch", "see_motion"):
             require_kind(name, getattr(self, name), bool, "True or False")
+        require_integer("delay", self.delay, low=0, high=MOST_DELAY)
         if self.shield is not None:
             accepted = "None, or a share from 0 up to 1"
             require_one("shield", self.shield, low=0.0, high=1.0, accepted=accepted)
@@ -221,6 +227,7 @@ class BipedEnv(FunctionalEnv[episode.BipedEnvState, BipedEnvParams]):
             drawn=drawn,
             totals=nothing,
             rests=nothing,
+            asked=jnp.zeros(self.delay, dtype) if self.delay else None,
         )
         return self._observe(state, params), state
 
@@ -228,7 +235,8 @@ class BipedEnv(FunctionalEnv[episode.BipedEnvState, BipedEnvParams]):
         self, state: episode.BipedEnvState, action: Float[Array, " act"], params: BipedEnvParams
     ) -> tuple[Float[Array, " obs"], episode.BipedEnvState, Array, Array, Array, dict[str, Any]]:
         dtype = state.biped.crank_rate.dtype
-        torque = (params.torque_limit * action[0]).astype(dtype)
+        asked = (params.torque_limit * action[0]).astype(dtype)
+        torque, *queue = (*state.waiting, asked)
         period = jnp.asarray(params.control_period, dtype)
         robot = episode.drawn_robot(state.drawn, params)
         scene = episode.drawn_scene(state.drawn, params)
@@ -270,6 +278,7 @@ class BipedEnv(FunctionalEnv[episode.BipedEnvState, BipedEnvParams]):
             drawn=episode.commanded_at(state.drawn, duration),
             totals=totals,
             rests=rests,
+            asked=jnp.stack(queue) if queue else None,
         )
         info |= totals.info(elapsed, duration)
         obs, truncated = self._observe(after, params), timed_out & ~terminated
@@ -333,7 +342,8 @@ class BipedEnv(FunctionalEnv[episode.BipedEnvState, BipedEnvParams]):
         biped = state.biped
         dtype = state.biped.crank_rate.dtype
         fastest = params.max_crank_rate
-        entries = [jnp.cos(2 * biped.phase), jnp.sin(2 * biped.phase)]
+        angle = episode.seen_angle(state, params)
+        entries = [jnp.cos(2 * angle), jnp.sin(2 * angle)]
         if self.see_motion:
             entries += [
                 jnp.clip(biped.crank_rate, -fastest, fastest),

@@ -93,7 +93,8 @@ class BipedEnvParams:
     max_crank_rate: |crank rate| beyond which the episode ends as a runaway [rad/s].
     copper_loss: winding loss per torque squared [W / (N m)^2]. max_power: most |torque x crank
     rate| of the motor [W], None: any. efficiency: of motor and gear without the winding, of what
-    drives the crank [-], None: 1; what brakes it gives nothing back.
+    drives the crank [-], None: 1; what brakes it gives nothing back. encoder_noise: standard
+    deviation of the observed crank angle [rad], None: exact.
     tracking_weight, slip_weight, energy_weight, fall_penalty: of the reward's terms, see BipedEnv.
     mark: how far ahead of the centre of mass's start it is to stop [m], mark_width: how near to
     that half of the reward is earned [m]; None: it is to keep a speed. cost_limit: most that an
@@ -118,6 +119,7 @@ class BipedEnvParams:
     max_power: pytrees.Numeric | None = field(default=None, kw_only=True)
     efficiency: pytrees.Numeric | None = field(default=None, kw_only=True)
     cost_limit: pytrees.Numeric | None = field(default=None, kw_only=True)
+    encoder_noise: pytrees.Numeric | None = field(default=None, kw_only=True)
     unit_payload: Inertia | None = field(init=False, repr=False)
 
     def __post_init__(self):
@@ -202,6 +204,7 @@ OPTIONAL: dict[str, functional.Rule] = {
     "max_power": {"low": 0.0, "strict": True, "accepted": "None, or a finite power > 0 [W]"},
     "efficiency": {"low": 0.0, "strict": True, "high": 1.0, "accepted": "None, or above 0 up to 1"},
     "cost_limit": {"low": 0.0, "accepted": "None, or a finite cost >= 0 [m]"},
+    "encoder_noise": {"low": 0.0, "accepted": "None, or a finite angle >= 0 [rad]"},
 }
 """Rules of the numbers that may be None."""
 
@@ -249,6 +252,7 @@ def make_params(
     max_power: pytrees.Numeric | None = None,
     efficiency: pytrees.Numeric | None = None,
     cost_limit: pytrees.Numeric | None = None,
+    encoder_noise: pytrees.Numeric | None = None,
 ) -> BipedEnvParams:
     """Prepare the robot and gather the numbers; see BipedEnvParams for their meaning and units.
 

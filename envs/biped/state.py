@@ -22,7 +22,7 @@ from stickslip.dynamics.biped.safety import SafeTorque, nearest_safe
 from stickslip.dynamics.pytrees import Number, all_finite, pytree_dataclass
 from stickslip.dynamics.scene import Floor, Grip, Scene
 from stickslip.dynamics.status import Status
-from stickslip.envs.functional import Range, uniform
+from stickslip.envs.functional import Range, noisy, uniform
 
 if TYPE_CHECKING:
     from jaxtyping import Array, Bool, Float, Int
@@ -100,6 +100,13 @@ class BipedEnvState:
     totals: Totals
     rests: Totals
     """Rounding errors of the totals (see `compensated`)."""
+    asked: Float[Array, " delay"] | None
+    """Torques on their way to the motor, the earliest first [N m]; None without a delay."""
+
+    @property
+    def waiting(self) -> tuple[Float[Array, ""], ...]:
+        """The same one by one."""
+        return () if self.asked is None else tuple(self.asked)
 
     @property
     def to_go(self) -> Float[Array, ""] | None:
@@ -136,6 +143,8 @@ class Drawn(NamedTuple):
     """Distance of the mark ahead of the centre of mass's start [m]; None without one."""
     robot: Array | None = None
     """Place in the batch of robots; None without one."""
+    noise: Array | None = None
+    """Random key of the encoder's errors, as plain numbers; None without them."""
 
 
 def draw(key: Array, params: BipedEnvParams) -> tuple[Drawn, Array, Array]:
@@ -154,11 +163,13 @@ def draw(key: Array, params: BipedEnvParams) -> tuple[Drawn, Array, Array]:
         low, high = (jnp.asarray(bound).astype(jnp.int32) for bound in bounds)
         return jax.random.randint(jax.random.fold_in(key, index), (), low, high + 1)
 
+    def chain(index: int) -> Array:
+        return jax.random.key_data(jax.random.fold_in(key, index))
+
     commands = None
     if ranges.command_interval is not None and ranges.mean_rate is not None:
         ends = (jnp.asarray(bound, dtype) for bound in ranges.mean_rate)
-        chain = jax.random.key_data(jax.random.fold_in(key, 7))
-        commands = Commands(chain, one(6, ranges.command_interval, 0.0), *ends)
+        commands = Commands(chain(7), one(6, ranges.command_interval, 0.0), *ends)
     drawn = Drawn(
         friction=one(0, ranges.friction, 1.0),
         mass=one(1, ranges.mass, 1.0),
@@ -167,6 +178,7 @@ def draw(key: Array, params: BipedEnvParams) -> tuple[Drawn, Array, Array]:
         commands=commands,
         mark=None if params.mark is None else one(8, ranges.mark, params.mark),
         robot=None if ranges.robot is None else whole(9, ranges.robot),
+        noise=None if params.encoder_noise is None else chain(10),
     )
     phase = one(4, ranges.phase, SUPPORT_START)
     phase = jnp.clip(phase, SUPPORT_START, SUPPORT_END)
@@ -182,6 +194,12 @@ def commanded_at(drawn: Drawn, duration: Array) -> Drawn:
     key = jax.random.fold_in(jax.random.wrap_key_data(chain), number)
     rate = uniform(key, (low, high), low.dtype)
     return drawn._replace(mean_rate=jnp.where(number == 0, drawn.mean_rate, rate))
+
+
+def seen_angle(state: BipedEnvState, params: BipedEnvParams) -> Array:
+    """The crank angle as the encoder shows it [rad]."""
+    phase, noise = jnp.asarray(state.biped.phase), state.drawn.noise
+    return noisy(phase, params.encoder_noise, noise, state.elapsed)
 
 
 def drawn_robot(drawn: Drawn, params: BipedEnvParams) -> BipedModel:

@@ -155,8 +155,7 @@ def _sole(params: BipedParams) -> np.ndarray:
 
 
 def _hull(points: np.ndarray, reach: float, corners: int = 48) -> np.ndarray:
-    """Outline of the convex hull of discs of radius `reach` about the points [n, 2], by its support
-    points in even directions."""
+    """Hull of discs of radius `reach` about points [n, 2], by support points in even directions."""
     turn = np.arange(corners) * (2 * np.pi / corners)
     out = np.stack([np.cos(turn), np.sin(turn)], axis=-1)
     return points[np.argmax(points @ out.T, axis=0)] + reach * out

@@ -8,7 +8,7 @@ import jax
 import jax.numpy as jnp
 
 from stickslip.dynamics.pytrees import pytree_dataclass
-from stickslip.envs.functional import uniform
+from stickslip.envs.functional import noisy, uniform
 from stickslip.envs.ugv.params import UGVEnvParams
 
 if TYPE_CHECKING:
@@ -133,7 +133,4 @@ def heights_ahead(preview: int, state: UGVEnvState, params: UGVEnvParams) -> Flo
     x, dtype = state.station.x, state.cost.dtype
     track = ground(state.drawn, params)[0].track
     heights = track.seen_from(x).height(places_ahead(preview, params, dtype))
-    if state.drawn.noise is None or params.preview_noise is None:
-        return heights
-    key = jax.random.fold_in(jax.random.wrap_key_data(state.drawn.noise), state.elapsed)
-    return heights + params.preview_noise * jax.random.normal(key, heights.shape, dtype)
+    return noisy(heights, params.preview_noise, state.drawn.noise, state.elapsed)

@@ -53,8 +53,7 @@ AGREED = 1e-3
 SEEDED, MOST_SEED = re.compile(r"(.+-v\d+)-s(\d{1,9})"), 10**9 - 1
 LATER: dict[str, tuple[float, ...]] = {"works": (0, 1, 3), "efficiency": (1.0,), "free_split": (0,)}
 LATER |= {"apart_between": (1,)}
-"""Fields that came later, and values of theirs that no digest counts: usual ones, and those that
-follow from other fields."""
+"""Later fields, and values that no digest counts: usual ones, and those that others imply."""
 
 
 @dataclass(frozen=True)

@@ -376,8 +376,7 @@ def penalised_values(values: Any, margins: Float[np.ndarray, "... m"]) -> np.nda
 
 
 def _numbers(x: Any) -> np.ndarray:
-    """Real numbers, finite or not, in double precision; ValueError for what is none, as complex
-    and masked arrays are."""
+    """As float64, finite or not; ValueError for no real numbers, as complex and masked arrays."""
     if type(x) is np.ndarray and (x.dtype == float or x.size == 0):
         return x
     return as_real("x", x, "real numbers").astype(float)

@@ -353,8 +353,7 @@ def _largest(costs: np.ndarray) -> float:
 
 def _arrive(grid: PostureGrid, step: int, before: np.ndarray) -> tuple[np.ndarray, np.ndarray, int]:
     """Least costs of arriving at the next waypoint's nodes, the nodes before, and the number of
-    moves; of equally good moves the shortest one, and of those the first one in the order of
-    `PostureGrid.moves`."""
+    moves; of equally good moves the shortest, and of those the first in `PostureGrid.moves`."""
     a, b = grid.layers[step], grid.layers[step + 1]
     given = grid.problem.posture.criterion, a.stations, b.stations, a.admissible, b.admissible
     if len(a.admissible) == len(b.admissible) == grid.shape[0] * grid.shape[1]:

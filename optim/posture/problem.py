@@ -34,8 +34,7 @@ if TYPE_CHECKING:
 FACTOR = 10
 """Refinement factor of a drive."""
 LEAST_PAD, MOST = 1024, 2**17
-"""Stations are padded to a power of two, so that few sizes are compiled. Above MOST stations the
-refinement factor is lower."""
+"""Stations are padded to powers of two, to compile few sizes; beyond MOST, refined by less."""
 
 _MODULES = {"grid": "grid", "dp": "grid", "branch": "bounds.branch", "scp": "scp"}
 METHODS = {
@@ -229,8 +228,7 @@ class PostureProblem(PostureData, Problem[evaluate.PostureResult]):
         """Largest violation of each constraint, 0 where it is met, in its own unit.
 
         leg_range, start_angles, end_angles [rad], leg_rate [rad/m], grip and normal [N], clearance
-        and wheels [m], torque [N m], pose: how many waypoints have no pose. Infinite where numbers
-        are not finite.
+        and wheels [m], torque [N m], pose: how many waypoints have no pose. Infinite for NaN.
         """
         return evaluate.violations(self, self.angles(x), self.stations(x))
 

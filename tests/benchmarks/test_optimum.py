@@ -81,8 +81,7 @@ class OneSheet:
 @register_pytree
 @dataclass(frozen=True)
 class Chain(OneSheet):
-    """Places 0 to 5 on a line; one step left or right, or none, for 1/8 a move. The right end pays
-    2 and ends, the left end has nothing beyond it."""
+    """Places 0 to 5 on a line; a move costs 1/8. The right end pays 2 and ends; left is nothing."""
 
     actions: jax.Array
     grid: Grid

@@ -93,8 +93,7 @@ def held(params, tracks, x, angles, friction, solver):
 
 @jax.jit
 def truths(params, tracks, x, rear):
-    """Height and slope of the ground at the rear contact from the front one, in float64, and the
-    numbers whose rounding counts there."""
+    """Height and slope of the ground at the rear contact in float64, and what rounds there."""
 
     def one(params, track, x, rear):
         ground = track.seen_from(x)

@@ -64,8 +64,7 @@ def needed(names: list[str], found: dict[str, importlib.metadata.Distribution]) 
 
 @pytest.fixture(scope="module")
 def linked(wheel: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The folder of executables of a new environment with the wheel, and links to this one's
-    packages that the wheel says it needs."""
+    """Executables of a new environment with the wheel, and links to the packages that it needs."""
     home = tmp_path_factory.mktemp("linked")
     venv.create(home, with_pip=False)
     folder = home / ("Scripts" if os.name == "nt" else "bin")

@@ -1,5 +1,4 @@
-"""The documents' Python, a user's first script and a user's machine, checked as a user's own type
-checker does it.
+"""The documents' Python, a user's script and a user's machine, as a user's type checker sees it.
 
 `make typecheck` runs this. stickslip stands in a site-packages folder: what has no type is unknown.
 """

@@ -219,8 +219,7 @@ def _event(
 def _first_event(
     spec: RK4Split | EventExact, system: System, walk: Walk, begun, first, samples, margins, taken
 ):
-    """Kind and crossing of the first event: exchange, end, stop or onset, edge. margins: of the
-    end."""
+    """Kind and crossing of the first event: exchange, end (by its margins), stop or onset, edge."""
     floor, mode, step = system.scene.floor, begun.mode, begun.step
     close = spec.close[str(walk.phase.dtype)]
     rate, end = taken.crank_rate, taken.end

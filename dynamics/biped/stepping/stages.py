@@ -132,8 +132,7 @@ def _classical_stages(
     system: System, friction: Friction | None, mode, walk: Walk, inertia: Coefficients, step
 ) -> tuple[Array, Array, Coefficients, tuple[Any, ...], Midpoint]:
     """Place after the stages; their weighted sums, of the rate, its slope, the foot's acceleration,
-    the same for its slide, and the power; the mean of the second and third stage, whose errors of
-    second order are opposite."""
+    the same for its slide, and the power; the mean of stages 2 and 3, whose errors are opposite."""
     dtype, zero = walk.phase.dtype, jnp.zeros_like(walk.phase)
     shares = jnp.asarray([0.5, 0.5, 1.0, 1.0], dtype)
     weights = jnp.asarray([1 / 6, 1 / 3, 1 / 3, 1 / 6], dtype)

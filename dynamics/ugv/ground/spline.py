@@ -109,8 +109,7 @@ class Spline(Closed):
         return Spline(*knots, rows, self.lows[part], even=self.even)
 
     def require_resolved(self, dtype: Any) -> None:
-        """Raise ValueError where knots of concrete numbers are one number in `dtype`, or the
-        polynomials overflow it."""
+        """Raise ValueError where knots coincide in `dtype`, or the polynomials overflow it."""
         if not checks.is_concrete(self.knots, self.rests, self.coefficients):
             return
         knots, rests = (np.asarray(v, np.float64) for v in (self.knots, self.rests))

@@ -83,9 +83,8 @@ class Numbers(Sample):
 
 
 class Duals(NamedTuple):
-    """Multipliers of the solver, 0 where none is finite: of each cell's dynamics [n, K], of b at
-    each exchange [n - 1, or n where periodic], of the time >= 0, of the rows [m, nodes], of
-    `straight`."""
+    """Multipliers of the solver, 0 if not finite: of each cell's dynamics [n, K], of b at exchanges
+    [n - 1, or n where periodic], of time >= 0, of rows [m, nodes], of `straight`."""
 
     motion: Float[np.ndarray, "n K"]
     exchange: Float[np.ndarray, "e"]

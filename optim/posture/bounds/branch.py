@@ -133,10 +133,8 @@ class DriveBound:
     Proved from the problem's own numbers in interval arithmetic, with the one assumption of
     `stickslip.optim.intervals` and, on tables whose pieces miss each other by rounding, an
     allowance of JOINTS times that. Left out, so that the bound may be lower than it need be: the
-    clearance, the motors' torque, and ground that enters a wheel beside its contact. It is no bound
-    for what lies between the waypoints, which the problem does not look at, nor for other
-    waypoints.
-    """
+    clearance, the motors' torque, and ground that enters a wheel beside its contact. No bound for
+    what lies between the waypoints, or for others."""
 
     value: float
     best: float
@@ -172,8 +170,7 @@ def bound_every_drive(
 
     x: the best drive known, feasible; by default none: nothing is dropped. cells: of each leg's
     range at the first, about. ValueError, before anything is computed, for ground given as a
-    function, of which no enclosure is known (Track.resampled makes a table of it), and for
-    criteria of one's own.
+    function, of which no enclosure is known (see Track.resampled), and for own criteria.
 
     It is a bound of exact poses, however the problem's solver finds its own: with a coarse
     tolerance a drive may seem to cost less by what that misses.

@@ -1,5 +1,4 @@
-"""Cells of leg angles: where they are cut, and what is proved of them at each waypoint: values at
-corners, derivatives, excluded cells.
+"""Cells of leg angles: where they are cut, what is proved of them: values, derivatives, exclusion.
 
 Take a leg at a in a cell I and, a waypoint later, at b in a cell J, with |b - a| <= what the rate
 allows. Where the cells are a whole part of that long, the (a, b) that are allowed are a union of

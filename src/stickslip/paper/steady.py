@@ -205,8 +205,7 @@ def weights(params: biped.BipedParams, samples: int) -> Result:
 def from_rest(
     params: biped.BipedParams, torque: float, duration: float, samples: int
 ) -> biped.Trajectory:
-    """A constant torque [N m] for `duration` [s] in 4 x samples steps, from rest at pi/2; no slip,
-    no toppling."""
+    """Constant torque [N m] for `duration` [s] in 4 x samples steps, from rest at pi/2; no slip."""
     step = duration / (4 * samples)
     return biped.simulate(params, SCENE, biped.BipedState(), torque, duration, step)
 

@@ -43,8 +43,7 @@ def handled(handler: Callable[[int, FrameType | None], None]) -> Iterator[None]:
 
 @contextmanager
 def interruptible() -> Iterator[None]:
-    """Inside, a signal of ENDING raises Interrupted, in a moment again where Python drops that: in
-    finalisers and callbacks."""
+    """Inside, a signal of ENDING raises Interrupted, again if a finaliser or callback drops it."""
 
     def dropped(found: Any) -> None:
         if isinstance(found.exc_value, Interrupted):

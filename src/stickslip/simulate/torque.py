@@ -182,8 +182,7 @@ SAME = 1e-6
 
 @dataclass(frozen=True)
 class PhaseRates:
-    """Crank rates [rad/s] at crank angles of the supporting leg [rad], straight between them and
-    the same in every step."""
+    """Crank rates [rad/s] at crank angles of the supporting leg [rad], linear between, periodic."""
 
     angles: Float[np.ndarray, " n"]
     rates: Float[np.ndarray, " n"]

@@ -152,10 +152,8 @@ def test_urdf_is_a_tree_with_every_mass_and_names_what_it_leaves_out(robot):
     root = ElementTree.fromstring(text)
     links = {link.get("name"): link for link in root.findall("link")}
     assert list(links) == [name_of(body) for body in BODIES]
-    parents = {
-        joint.find("child").get("link"): joint.find("parent").get("link")
-        for joint in root.findall("joint")
-    }
+    pairs = ((one.find("child"), one.find("parent")) for one in root.findall("joint"))
+    parents = {child.get("link"): parent.get("link") for child, parent in pairs}
     assert set(links) - set(parents) == {"foot"}
     for name in links:  # every chain ends at the root
         chain = [name]
@@ -166,9 +164,7 @@ def test_urdf_is_a_tree_with_every_mass_and_names_what_it_leaves_out(robot):
         inertial = links[name_of(body)].find("inertial")
         assert float(inertial.find("mass").get("value")) == mass_of(robot, index)
         about = float(robot.inertia[LINK_OF_BODY[index]])
-        assert [float(inertial.find("inertia").get(i)) for i in ("ixx", "iyy", "izz")] == [
-            about
-        ] * 3
+        assert {float(inertial.find("inertia").get(i)) for i in ("ixx", "iyy", "izz")} == {about}
     assert root.find("joint[@name='crank_pin']/limit").get("effort") == "3.0"
     assert len({frozenset((one, other)) for one, other, _ in (*HINGES, *CUT)}) == 2 * 17 + 1
     assert all(f"{name_of(one)} and {name_of(other)} at" in text for one, other, _ in CUT)

@@ -15,8 +15,7 @@ MU, LOAD, EPISODES = np.array([0.02, 0.04, 0.08, 0.16, 0.32]), np.array([0.0, 5.
 
 
 def example() -> SweepArrays:
-    """Policy a fails at low mu with a load and earns more from mu = 0.16 on, b below 0.08; both
-    have the same luck, which is greater than their difference."""
+    """Policy a fails at low mu with a load, b below 0.08; a earns more from mu = 0.16 on."""
     luck = 100 * np.random.default_rng(0).normal(size=EPISODES)
     noise = 0.01 * np.random.default_rng(1).normal(size=(2, 5, 3, EPISODES))
     returns = luck + noise

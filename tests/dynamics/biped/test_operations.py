@@ -30,8 +30,7 @@ each_program = pytest.mark.parametrize("name", SCENES)
 
 @lru_cache
 def programs():
-    """200 steps of 10 ms under a proportional controller in float32, compiled by plain XLA, by the
-    name of the scene."""
+    """200 steps of 10 ms of a proportional controller, float32, by plain XLA; by scene."""
     params = BipedParams.from_bars(heel=1e3, toe=1e3, dtype=jnp.float32)  # topples never
     zero = jnp.zeros((), jnp.float32)
     state = BipedState(zero + 2.5, jnp.zeros((), jnp.int32), zero + 3.0, zero, zero, zero)

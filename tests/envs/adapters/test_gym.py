@@ -42,12 +42,9 @@ def test_flags_are_python_bools_and_numbers_python_numbers():
     assert info == {}
     obs, reward, terminated, truncated, info = env.step(STILL)
     assert obs.dtype == np.float32
-    assert type(reward) is float
-    assert type(terminated) is bool
-    assert type(truncated) is bool
+    assert [type(one) for one in (reward, terminated, truncated)] == [float, bool, bool]
     assert {type(value) for value in info.values()} == {int, float}
-    assert type(info["status"]) is int
-    assert type(info["episode_length"]) is int
+    assert type(info["status"]) is type(info["episode_length"]) is int
     assert all(isinstance(name, str) for name in info)
 
 

@@ -1,4 +1,6 @@
-"""A motor's limit of power and its efficiency: what they take away, and that None costs nothing."""
+"""A motor's limit of power, efficiency and delay: what they do, and that None costs nothing."""
+
+from dataclasses import replace
 
 import jax
 import jax.numpy as jnp
@@ -49,6 +51,22 @@ def test_the_environment_saturates_and_pays_for_losses():
     assert -info["reward_energy"] == pytest.approx(0.5 * (2 * work + loss) / speed, rel=1e-4)
     with pytest.raises(ValueError, match=r"efficiency = 1\.2 .*accepted: None, or above 0 up to 1"):
         env.make_params(efficiency=1.2)
+
+
+def test_a_delayed_motor_applies_the_actions_of_some_periods_before():
+    env, given = BipedEnv(autoreset="disabled"), np.linspace(0.1, 0.2, 8)
+    params, key = env.make_params(randomisation=Randomisation(phase=(2.0, 4.0))), jax.random.key(1)
+
+    def walked(env, actions):
+        (_, state), step = env.reset(key, params), jax.jit(env.step_env)
+        for action in actions:
+            _, state, *_, info = step(state, jnp.array([action]), params)
+        return state.biped, info
+
+    late = walked(replace(env, delay=3), given), walked(env, [0, 0, 0, *given[:-3]])
+    jax.tree.map(np.testing.assert_array_equal, *late)
+    with pytest.raises(ValueError, match=r"delay = -1; accepted: an integer >= 0"):
+        replace(env, delay=-1)
 
 
 def test_a_gait_pays_for_losses():

@@ -124,19 +124,15 @@ def test_slide_and_work_agree_with_the_motion(walks):
 
 def per_episode(run: Rollout, values: np.ndarray) -> np.ndarray:
     """Running sums that begin again after every end."""
-    sums = np.zeros_like(values)
-    for i in range(values.shape[0]):
-        total = 0.0
-        for k in range(values.shape[1]):
-            sums[i, k] = total = total + values[i, k]
-            if run.over[i, k]:
-                total = 0.0
+    sums, total = np.zeros_like(values), np.zeros(len(values))
+    for k in range(values.shape[1]):
+        sums[:, k] = total = total + values[:, k]
+        total = np.where(run.over[:, k], 0.0, total)
     return sums
 
 
 def test_totals_are_sums_over_the_episode_and_begin_again(walks):
-    _, run = walks
-    info = run.info
+    run, info = walks[1], walks[1].info
     energy = info["positive_work"] + info["copper_loss"]
     length = per_episode(run, np.ones_like(run.reward))
     assert np.array_equal(info["episode_length"], length)

@@ -24,8 +24,7 @@ from stickslip.envs.tasks.known import known_of
 DIGESTS: dict[str, list[str]] = json.loads(
     (Path(__file__).parent / "digests.json").read_text(encoding="utf-8")
 )
-"""Of every definition that ever was, by name, and of what is built of it. A changed one gets the
-next version."""
+"""Of every definition that ever was, and of what it builds; a changed one gets a new version."""
 
 
 def built(task: TaskDefinition) -> str:

@@ -95,8 +95,7 @@ def centres(x, y, at, radius):
 
 @pytest.mark.parametrize("kind", ["noise", "ditch", "lidar"])
 def test_the_envelope_is_what_a_disc_feels(kind):
-    """The centre of the disc runs the same way over the envelope as over the points, and the
-    envelope is nowhere hollower than the disc."""
+    """The disc's centre runs over the envelope as over the points; it is nowhere hollower."""
     radius, rng = 0.3, np.random.default_rng(3)
     if kind == "ditch":
         x, y = np.array([0.0, 2.0, 2.3, 2.6, 4.0, 6.0]), np.array([0.0, 0.0, -0.2, 0.0, 0.5, 0.2])

@@ -13,8 +13,7 @@ from stickslip.optim.gait.gait import Polynomials
 from tests.optim.gait.helpers import LIMIT, periodic, quickest_on_a_lattice, robot, solved, transfer
 
 FASTEST = {0.02: 5.7, 0.2: 10.0}
-"""Mean crank rate without slip [rad/s], by the floor's friction, at 4 N m, as dynamic programming
-over phase and squared rate had it."""
+"""Mean crank rate without slip [rad/s], by friction, at 4 N m, of dynamic programming."""
 
 
 @pytest.mark.parametrize("mu", FASTEST)
