@@ -64,8 +64,11 @@ START = 0.05
 """Deviation of the first crank rate beside what noise makes of it [rad/s]."""
 PRIOR, FREE = 3.0, 10.0
 """Factors of the unknowns' deviations for the next round, and for the intervals."""
-LAST = 48
-"""Frictions tried for an interval."""
+LAST, MOST_ROUNDS, PATIENCE, GROWTH = 48, 32, 5, 0.03
+"""Frictions tried in a round for intervals; the most rounds; the last ones, in which the region
+grows by less than this share of its size."""
+REACH = 1.4
+"""Size of the ellipse that they are drawn from, in that which holds the region."""
 MISFIT = itemgetter(0)
 """Of a stage."""
 FIT = 1.5
@@ -73,7 +76,7 @@ FIT = 1.5
 
 
 class Interval(NamedTuple):
-    """Most likely value, and the interval of 95 % confidence."""
+    """Mean by likelihood, and the interval of 95 % confidence."""
 
     value: float
     low: float
@@ -298,52 +301,54 @@ class _Search:
         self.spread = np.minimum(self.prior, FREE * last.unknowns[1][0])
         evidence = gripping.last.misfit[0] - last.last.misfit[0]
         slipped = bool(evidence > 2 * np.log(len(self.rows)))
+        near = even = gripping
         if slipped:
-            frictions, scans = self.frictions(best, 3 * np.sqrt(np.diagonal(C)), disturbance)
+            near, even = self.region(best, C, disturbance)
+        weights = np.exp((near.last.misfit[0] - even.last.misfit) / 2)
+        weights /= weights.sum()
+        if slipped:
+            ends = weights @ even.points, near.points.min(axis=0), near.points.max(axis=0)
+            frictions = [Interval(*map(float, one)) for one in np.exp(ends).T]
         else:
             held = self.held(float(gripping.last.misfit[0]) + JOINT, disturbance)
             frictions = [Interval(np.inf, held, np.inf), Interval(np.nan, np.nan, np.nan)]
-            scans = [gripping]
-        near = [scan.within(JOINT) for scan in scans]
-        means, deviations = map(np.concatenate, zip(*(one.unknowns for one in near), strict=True))
-        low, high = means - SIGMAS * deviations, means + SIGMAS * deviations
+        means, deviations = near.unknowns
+        ends = (means - SIGMAS * deviations).min(axis=0), (means + SIGMAS * deviations).max(axis=0)
         parameters: dict[str, Interval] = {"mu_static": frictions[0], "mu_kinetic": frictions[1]}
-        for k, name in enumerate(UNKNOWNS):
+        for name, *found in zip(UNKNOWNS, weights @ even.unknowns[0], *ends, strict=True):
             if name in self.asked:
-                ends = float(low[:, k].min()), float(high[:, k].max())
-                parameters[name] = Interval(float(means[0, k]), *ends)
-        walk = self.filtered(near[0].points[:1], disturbance, means[:1], history=True)
+                parameters[name] = Interval(*map(float, found))
+        walk = self.filtered(near.points[:1], disturbance, means[:1], history=True)
         walk = jax.tree.map(lambda one: one[0, self.rows], walk)
         with np.errstate(invalid="ignore"):  # a filter that got lost explains nothing
             explained = bool(np.mean((walk.innovation / walk.deviation) ** 2) <= FIT)
         told = slipped, explained, self.noise, float(disturbance)
         return Identified(parameters, *told, walk.mean, walk.innovation, walk.deviation)
 
-    def frictions(
-        self, best: np.ndarray, reach: np.ndarray, disturbance: float
-    ) -> tuple[list[Interval], list[_Tried]]:
-        """Intervals of both frictions and their scans, the second about the first's means."""
-        found, scans = [], []
-        for _ in range(2):
-            scans = [self.scan(best, axis, reach[axis], disturbance) for axis in range(2)]
-            found = [likely(one, axis) for axis, one in enumerate(scans)]
-            best = np.log([one.value for one in found])
-        return found, scans
-
-    def scan(
-        self, best: np.ndarray, axis: int, reach: float, disturbance: float, widenings: int = 2
-    ) -> _Tried:
-        """Frictions along an axis, as far as they may be likely."""
-        along = np.zeros((LAST, 2))
-        along[:, axis] = reach * np.linspace(-1, 1, LAST)
-        points = within_range(best + along)
-        tried = self.tried(points, disturbance)
+    def region(self, best: np.ndarray, C: np.ndarray, disturbance: float) -> tuple[_Tried, _Tried]:
+        """Frictions in the region of JOINT, and those of the last rounds, even in an ellipse around
+        it: rounds go on until it grows no more. C: covariance of the first ones."""
+        drawn = np.vstack([best, self.random.multivariate_normal(best, 9 * C, LAST - 1)])
+        tried, grew, even = self.tried(within_range(drawn), disturbance), 0, []
         tried = self.tried(tried.points, disturbance, tried.last.mean[:, 3:])
-        near = tried.within(JOINT).points[:, axis]
-        inside = points[0, axis] < near.min() and near.max() < points[-1, axis]
-        if inside or not widenings:
-            return tried
-        return self.scan(best, axis, 3 * reach, disturbance, widenings - 1)
+        for number in range(MOST_ROUNDS):
+            near, turn = tried.within(JOINT), 2 * np.pi * self.random.random(LAST)
+            middle = near.points.mean(axis=0)
+            axes = np.linalg.cholesky(np.cov(near.points.T, bias=True) + NARROW**2 * np.eye(2))
+            known = np.linalg.solve(axes, (near.points - middle).T)
+            far = REACH * max(1.0, np.max(np.hypot(*known))) * np.sqrt(self.random.random(LAST))
+            drawn = far * np.stack([np.cos(turn), np.sin(turn)])
+            nearest = np.argmin(np.hypot(*(drawn[:, :, None] - known[:, None])), axis=1)
+            new = within_range(middle + (axes @ drawn).T)
+            new = self.tried(new, disturbance, near.last.mean[nearest, 3:])
+            tried = jax.tree.map(lambda *both: np.concatenate(both), tried, new)
+            even = [*even, new][-PATIENCE:]
+            tried = tried.take(np.argsort(tried.last.misfit, kind="stable"))
+            size = [np.ptp(one.points, axis=0) for one in (near, tried.within(JOINT))]
+            grew = number if np.any(size[1] > (1 + GROWTH) * size[0]) else grew
+            if number - grew >= PATIENCE:
+                break
+        return tried.within(JOINT), jax.tree.map(lambda *all: np.concatenate(all), *even)
 
     def held(self, most: float, disturbance: float) -> float:
         """Least friction of a misfit up to `most`, of a log that shows no slip."""
@@ -361,17 +366,6 @@ def within_range(points: np.ndarray) -> np.ndarray:
     static = np.clip(points[:, 0], *np.log(FRICTION))
     low, high = static + np.log(RATIO)[:, None]
     return np.stack([static, np.clip(points[:, 1], low, high)], -1)
-
-
-def likely(scan: _Tried, axis: int) -> Interval:
-    """Mean by likelihood of the frictions of a scan, and the nearest that are too unlikely."""
-    order = np.argsort(scan.points[:, axis], kind="stable")
-    logs, misfit = scan.points[order, axis], scan.last.misfit[order]
-    near = np.flatnonzero(misfit <= misfit.min() + JOINT)
-    weights = np.exp((misfit.min() - misfit) / 2)
-    low, high = logs[max(near[0] - 1, 0)], logs[min(near[-1] + 1, len(logs) - 1)]
-    found = weights @ logs / weights.sum(), low, high
-    return Interval(*(float(np.exp(one)) for one in found))
 
 
 @partial(jax.jit, static_argnums=(0, 1, 2))

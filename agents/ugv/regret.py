@@ -102,9 +102,11 @@ def _values(of: DriveValues, states: UGVEnvState) -> Float[Array, " n"]:
     last = len(of.to_go) - 1
 
     def one(state: UGVEnvState) -> Array:
-        after = of.to_go[jnp.minimum(state.elapsed + 1, last)]
+        after, over = of.to_go[jnp.minimum(state.elapsed + 1, last)], state.over
         costs = jax.vmap(lambda turn: of.cost(state, turn, after))(turns)
-        return jnp.where(state.over, 0, -of.params.reward_scale * jnp.min(costs))
+        return jnp.where(
+            over | (state.elapsed >= last), 0, -of.params.reward_scale * jnp.min(costs)
+        )
 
     return jax.lax.map(one, states)
 
@@ -171,6 +173,9 @@ class RegretInfo(gymnasium.Wrapper, RecordConstructorArgs):
         RecordConstructorArgs.__init__(self, angles=angles)
         gymnasium.Wrapper.__init__(self, env)
         self._inner, self._drawn = inner, is_random(inner.functional, inner.params)
+        limit, self._params = env.spec and env.spec.max_episode_steps, inner.params
+        if limit is not None and limit < horizon(inner.params):  # TimeLimit's
+            self._params = inner.params.shortened(limit)
         self._angles = require_integer("angles", angles, low=2, high=MOST_ANGLES)
         self._values: DriveValues | None = None
         self._value = 0.0
@@ -180,9 +185,8 @@ class RegretInfo(gymnasium.Wrapper, RecordConstructorArgs):
         obs, info = self.env.reset(seed=seed, options=options)
         if self._values is None or self._drawn:
             state = self._inner._envs.state_of(0)
-            self._values = DriveValues.of(
-                self._inner.functional, self._inner.params, state, self._angles
-            )
+            given = self._inner.functional, self._params, state, self._angles
+            self._values = DriveValues.of(*given)
         self._value = self._of_state(self._values)
         return obs, info | {"value": self._value}
 

@@ -10,6 +10,7 @@ import pytest
 from stickslip.cli import main
 from stickslip.dynamics import Scene
 from stickslip.dynamics.biped import BipedParams, BipedState, simulate
+from stickslip.dynamics.biped.estimation import Belief
 from stickslip.optim import identification
 from stickslip.optim.identification import WalkLog, identify
 
@@ -87,6 +88,24 @@ def test_a_gap_changes_neither_the_noise_nor_the_filters_rows():
     np.testing.assert_array_equal(read[search.rows], log.angles[1:])
     assert np.isnan(read).sum() == 30
     assert search.static[1].substeps == 1
+
+
+def test_an_interval_is_that_of_the_likelihood_however_narrow_the_search_was():
+    search, middle = object.__new__(identification._Search), np.log([0.06, 0.04])
+    search.random, spread = np.random.default_rng(0), 1e-3 * np.array([[9.0, 2.0], [2.0, 0.6]])
+
+    def tried(points, *_):
+        off, nothing = points - middle, np.zeros((len(points), 8))
+        misfit = np.sum(off @ np.linalg.inv(spread) * off, axis=1)
+        found = Belief(nothing, nothing, misfit, misfit, misfit)
+        return identification._Tried(points, found).take(np.argsort(misfit))
+
+    search.tried = tried
+    near, even = search.region(middle, 1e-4 * spread, 0.1)
+    sides = np.sqrt(identification.JOINT * np.diagonal(spread))
+    np.testing.assert_allclose(np.ptp(near.points, axis=0) / 2, sides, rtol=0.1)
+    weights = np.exp(-even.last.misfit / 2)
+    np.testing.assert_allclose(weights @ even.points / sum(weights), middle, atol=0.02)
 
 
 @pytest.mark.long

@@ -126,10 +126,7 @@ def test_the_robot_starts_with_the_torque_of_our_equations(float64):
 @pytest.mark.long
 def test_a_second_of_walking_without_slip_is_ours(float64, feet, tolerance):
     robot, friction = BipedParams.from_bars(), 0.5  # 0.08 suffices at this rate
-
-    def law(rate):
-        return 2.0 * (RATE - rate)
-
+    law = lambda rate: 2.0 * (RATE - rate)  # noqa: E731
     start, floor = BipedState(crank_rate=RATE), Scene.uniform(friction)
     ours = simulate(
         robot, floor, start, lambda s: law(s.crank_rate), 1.0, 1e-3, integrator="rk4_split"

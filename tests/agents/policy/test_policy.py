@@ -141,16 +141,12 @@ def with_metadata(path, **changes):
     rewrite(path, metadata=np.array(json.dumps(read_metadata(path) | changes)))
 
 
-def with_member(path, name, content):
-    """The same archive with one member's bytes replaced."""
-    path.write_bytes(archive_of(members_of(path.read_bytes()) | {name: content}))
-
-
 def huge_header(path):
     head = b"{'descr': '<f4', 'fortran_order': False, 'shape': (1000000000000, 7), }"
     head += b" " * (118 - len(head)) + b"\n"
     raw = b"\x93NUMPY\x01\x00" + len(head).to_bytes(2, "little") + head
-    with_member(path, "weight_0.npy", raw + b"\x00" * 64)
+    changed = {"weight_0.npy": raw + b"\x00" * 64}
+    path.write_bytes(archive_of(members_of(path.read_bytes()) | changed))
 
 
 def zip_bomb(path):

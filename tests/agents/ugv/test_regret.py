@@ -26,8 +26,9 @@ def played(env, act):
     return [step[4] for step in steps], [step[1] for step in steps]
 
 
-def test_regrets_of_an_episode_sum_to_what_it_lost():
-    env, random = made(), np.random.default_rng(0)
+@pytest.mark.parametrize("limit", [None, 12])
+def test_regrets_of_an_episode_sum_to_what_it_lost(limit):
+    env, random = made(max_episode_steps=limit), np.random.default_rng(0)
     begin = env.reset(seed=0)[1]["value"]
     assert env.reset()[1]["value"] == begin
     infos, rewards = played(env, lambda _: random.uniform(-1, 1, 2))
@@ -82,8 +83,5 @@ def test_other_environments_are_refused(name):
         RegretInfo(gymnasium.make(name))
     with pytest.raises(ValueError, match="no vector"):
         RegretInfo(gymnasium.make_vec("stickslip/UGV-v0", num_envs=2))
-
-
-def test_a_recording_of_the_biped_has_none():
     with pytest.raises(ValueError, match="regret with the biped"):
         record("BipedSteady-v0", {"idle": Idle()}, "own-v0", regret=True)

@@ -142,7 +142,7 @@ def test_an_encoder_alone_sees_the_angle_the_command_and_the_floor():
         np.testing.assert_array_equal(ours, np.delete(theirs, [2, 3, 4]))
 
 
-def test_an_encoders_errors_are_normal_new_in_each_step_and_those_of_the_seed():
+def test_an_encoders_errors_are_normal_and_new_in_each_step():
     env, params = task()
     params = params.replace(encoder_noise=0.02)
     run = rollout(env, params, actions(0.1))
@@ -151,7 +151,6 @@ def test_an_encoders_errors_are_normal_new_in_each_step_and_those_of_the_seed():
     assert np.std(off) == pytest.approx(0.02, rel=0.1)
     assert abs(np.mean(off)) < 0.003
     assert abs(np.corrcoef(off[:, 1:].ravel(), off[:, :-1].ravel())[0, 1]) < 0.15
-    np.testing.assert_array_equal(rollout(env, params, actions(0.1)).obs, run.obs)
     plain = rollout(env, params.replace(encoder_noise=None), actions(0.1))
     np.testing.assert_array_equal(run.obs[..., 2:], plain.obs[..., 2:])
     np.testing.assert_array_equal(run.reward, plain.reward)
