@@ -39,8 +39,7 @@ from stickslip.records.table import json_text
 
 
 class SteadyBound(NamedTuple):
-    """Bound of the reward in every gait [1/s], and mean rate of the gait that comes nearest
-    [rad/s]."""
+    """Bound of the reward in every gait [1/s], and mean rate of the nearest gait [rad/s]."""
 
     value: float
     mean_rate: float
@@ -209,8 +208,7 @@ def keeps(task: TaskDefinition, row: dict[str, Any]) -> bool:
 
 
 def entry(task: TaskDefinition, name: str, played: Any) -> dict[str, Any]:
-    """A policy's row: every episode's return, their mean with its 95 % interval, the mean cost
-    where it is limited."""
+    """A policy's row: all returns, their mean with its 95 % interval, the mean of limited costs."""
     mean = mean_interval(played.reward)
     low, high = (rounded(end) if np.isfinite(end) else None for end in (mean.low, mean.high))
     row: dict[str, Any] = {"policy": name, "return": rounded(mean.value), "low": low, "high": high}

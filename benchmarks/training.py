@@ -61,8 +61,8 @@ def configuration(task: TaskDefinition) -> Configuration:
 
 
 def measure(task: TaskDefinition) -> dict[str, Any]:
-    """A task's entry of the JSON: all seeds in turn on one core, each with its share of the
-    time, compiling and evaluations aside."""
+    """A task's entry: all seeds in turn on one core, each with its share of the time, without
+    compiling and evaluations."""
     config = configuration(task)
     env, training, params, _ = machine_by_name(task.machine).training_task(config)
     test, seen = without_resets(env), range(EPISODES[task.machine] if is_random(env, params) else 1)
@@ -107,7 +107,8 @@ def body(content: dict[str, Any]) -> str:
     """Steps, time and scores on each task."""
     tasks = content.get("tasks", {})
     rows = [{"task": f"`{name}`"} | row(tasks[name], name) for name in TASKS if name in tasks]
-    return f"{report.markdown(rows)}\n\nMeasured on {report.where(content)}."
+    places = dict.fromkeys(report.where(content | one) for one in tasks.values())
+    return f"{report.markdown(rows)}\n\nMeasured on {'; '.join(places)}."
 
 
 def row(entry: dict[str, Any], name: str) -> dict[str, str]:
@@ -169,8 +170,9 @@ def main(arguments: list[str]) -> None:
             print(f"{task.name}: is there", flush=True)
             continue
         print(task.name, flush=True)
-        content = {**content, **report.provenance()}
-        content.setdefault("tasks", {})[task.name] = measure(task)
+        here = report.provenance()
+        content = here | {"tasks": {}} | content
+        content["tasks"][task.name] = measure(task) | here
         report.write_json(content, given.out)
 
 

@@ -92,5 +92,6 @@ def test_bad_settings_are_named(controller, given):
 def test_it_walks_over_ice_that_it_cannot_see():
     from stickslip.agents import evaluate_task
 
-    table = evaluate_task("BipedIce-v0", {"it": OutputFeedback()}, episodes=16)
-    assert table.row("BipedIce-v0", "it").metrics["task_score"].value > 0.85
+    for task in ("BipedIce-v0", "BipedLateEncoder-v0"):
+        table = evaluate_task(task, {"it": OutputFeedback()}, episodes=16)
+        assert table.row(task, "it").metrics["task_score"].value > 0.85

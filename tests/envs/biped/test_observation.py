@@ -144,14 +144,13 @@ def test_an_encoder_alone_sees_the_angle_the_command_and_the_floor():
 
 def test_an_encoders_errors_are_normal_and_new_in_each_step():
     env, params = task()
-    params = params.replace(encoder_noise=0.02)
-    run = rollout(env, params, actions(0.1))
+    run = rollout(env, params.replace(encoder_noise=0.02), actions(0.1))
     exact = 2 * np.asarray(run.state.biped.phase)
     off = np.angle(np.exp(1j * (np.arctan2(run.obs[..., 1], run.obs[..., 0]) - exact))) / 2
     assert np.std(off) == pytest.approx(0.02, rel=0.1)
     assert abs(np.mean(off)) < 0.003
     assert abs(np.corrcoef(off[:, 1:].ravel(), off[:, :-1].ravel())[0, 1]) < 0.15
-    plain = rollout(env, params.replace(encoder_noise=None), actions(0.1))
+    plain = rollout(env, params, actions(0.1))
     np.testing.assert_array_equal(run.obs[..., 2:], plain.obs[..., 2:])
     np.testing.assert_array_equal(run.reward, plain.reward)
 
