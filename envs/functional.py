@@ -329,7 +329,7 @@ def noisy(values: Array, deviation: Any, chain: Array | None, elapsed: Array) ->
 
     chain: random key, as plain numbers.
     """
-    if chain is None:
+    if chain is None or deviation is None:
         return values
     key = jax.random.fold_in(jax.random.wrap_key_data(chain), elapsed)
     return values + deviation * jax.random.normal(key, values.shape, values.dtype)

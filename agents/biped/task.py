@@ -49,6 +49,7 @@ UNITS = {
     "task.copper_loss": "W/(N m)^2",
     "task.max_power": "W",
     "task.cost_limit": "m",
+    "task.encoder_noise": "rad",
     "payload": "kg",
     "robot.mass": "kg",
     "robot.inertia": "kg m^2",
@@ -150,7 +151,8 @@ def label(task: BipedTask, scene: str | None) -> str:
 def details(task: BipedTask) -> str:
     """The numbers of the task in a line."""
     floor, numbers = vars(task.params.scene.floor), parts(task.env, task.params)["numbers"]
-    words = tasks.numbers_in_words({**floor, **numbers}, task.params.randomisation)
+    late = {"delay": task.env.delay} if task.env.delay else {}
+    words = tasks.numbers_in_words({**floor, **numbers, **late}, task.params.randomisation)
     return words if floor else f"no slip, {words}"
 
 
