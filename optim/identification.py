@@ -251,7 +251,7 @@ class _Search:
 
         Begun at one disturbance after another until it ends at the smallest.
         """
-        start, stages = (self.means, self.spread), []
+        start, stages, self.bar = (self.means, self.spread), [], bar
         for first in FIRST:
             if stages and min(stages, key=MISFIT)[2][2] == DISTURBANCES[-1]:
                 break
@@ -333,16 +333,16 @@ class _Search:
         tried = self.tried(tried.points, disturbance, tried.last.mean[:, 3:])
         for number in range(MOST_ROUNDS):
             near, turn = tried.within(JOINT), 2 * np.pi * self.random.random(LAST)
-            middle = near.points.mean(axis=0)
             axes = np.linalg.cholesky(np.cov(near.points.T, bias=True) + NARROW**2 * np.eye(2))
-            known = np.linalg.solve(axes, (near.points - middle).T)
+            known = np.linalg.solve(axes, (near.points - near.points.mean(axis=0)).T)
             far = REACH * max(1.0, np.max(np.hypot(*known))) * np.sqrt(self.random.random(LAST))
             drawn = far * np.stack([np.cos(turn), np.sin(turn)])
             nearest = np.argmin(np.hypot(*(drawn[:, :, None] - known[:, None])), axis=1)
-            new = within_range(middle + (axes @ drawn).T)
+            new = within_range(near.points.mean(axis=0) + (axes @ drawn).T)
             new = self.tried(new, disturbance, near.last.mean[nearest, 3:])
             tried = jax.tree.map(lambda *both: np.concatenate(both), tried, new)
             even = [*even, new][-PATIENCE:]
+            self.bar.advance()
             tried = tried.take(np.argsort(tried.last.misfit, kind="stable"))
             size = [np.ptp(one.points, axis=0) for one in (near, tried.within(JOINT))]
             grew = number if np.any(size[1] > (1 + GROWTH) * size[0]) else grew

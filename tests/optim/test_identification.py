@@ -100,7 +100,7 @@ def test_an_interval_is_that_of_the_likelihood_however_narrow_the_search_was():
         found = Belief(nothing, nothing, misfit, misfit, misfit)
         return identification._Tried(points, found).take(np.argsort(misfit))
 
-    search.tried = tried
+    search.tried, search.bar = tried, identification.Bar("", None, "", False)
     near, even = search.region(middle, 1e-4 * spread, 0.1)
     sides = np.sqrt(identification.JOINT * np.diagonal(spread))
     np.testing.assert_allclose(np.ptp(near.points, axis=0) / 2, sides, rtol=0.1)
