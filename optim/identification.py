@@ -301,9 +301,7 @@ class _Search:
         self.spread = np.minimum(self.prior, FREE * last.unknowns[1][0])
         evidence = gripping.last.misfit[0] - last.last.misfit[0]
         slipped = bool(evidence > 2 * np.log(len(self.rows)))
-        near = even = gripping
-        if slipped:
-            near, even = self.region(best, C, disturbance)
+        near, even = self.region(best, C, disturbance) if slipped else (gripping, gripping)
         weights = np.exp((near.last.misfit[0] - even.last.misfit) / 2)
         weights /= weights.sum()
         if slipped:
@@ -326,10 +324,10 @@ class _Search:
         return Identified(parameters, *told, walk.mean, walk.innovation, walk.deviation)
 
     def region(self, best: np.ndarray, C: np.ndarray, disturbance: float) -> tuple[_Tried, _Tried]:
-        """Frictions in the region of JOINT, and those of the last rounds, even in an ellipse around
-        it: rounds go on until it grows no more. C: covariance of the first ones."""
+        """Frictions of the region of JOINT, and those of the last rounds, which are even in it:
+        rounds go on until it grows no more. C: covariance of the first ones."""
         drawn = np.vstack([best, self.random.multivariate_normal(best, 9 * C, LAST - 1)])
-        tried, grew, even = self.tried(within_range(drawn), disturbance), 0, []
+        grew, even, tried = 0, [], self.tried(within_range(drawn), disturbance)
         tried = self.tried(tried.points, disturbance, tried.last.mean[:, 3:])
         for number in range(MOST_ROUNDS):
             near, turn = tried.within(JOINT), 2 * np.pi * self.random.random(LAST)
@@ -344,11 +342,12 @@ class _Search:
             even = [*even, new][-PATIENCE:]
             self.bar.advance()
             tried = tried.take(np.argsort(tried.last.misfit, kind="stable"))
-            size = [np.ptp(one.points, axis=0) for one in (near, tried.within(JOINT))]
-            grew = number if np.any(size[1] > (1 + GROWTH) * size[0]) else grew
+            was, size = (np.ptp(one.points, axis=0) for one in (near, tried.within(JOINT)))
+            grew = number if np.any(size > (1 + GROWTH) * was) else grew
             if number - grew >= PATIENCE:
                 break
-        return tried.within(JOINT), jax.tree.map(lambda *all: np.concatenate(all), *even)
+        even = jax.tree.map(lambda *all: np.concatenate(all), tried.take([0]), *even)
+        return tried.within(JOINT), even.within(JOINT)
 
     def held(self, most: float, disturbance: float) -> float:
         """Least friction of a misfit up to `most`, of a log that shows no slip."""
