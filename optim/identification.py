@@ -67,8 +67,8 @@ PRIOR, FREE = 3.0, 10.0
 LAST, MOST_ROUNDS, PATIENCE, GROWTH = 48, 32, 5, 0.03
 """Frictions tried in a round for intervals; the most rounds; the last ones, in which the region
 grows by less than this share of its size."""
-REACH = 1.4
-"""Size of the ellipse that they are drawn from, in that which holds the region."""
+REACH = (1.4, 4.0)
+"""Sizes of the ellipses that three in four and the others are drawn from, in the region's own."""
 MISFIT = itemgetter(0)
 """Of a stage."""
 FIT = 1.5
@@ -333,7 +333,8 @@ class _Search:
             near, turn = tried.within(JOINT), 2 * np.pi * self.random.random(LAST)
             axes = np.linalg.cholesky(np.cov(near.points.T, bias=True) + NARROW**2 * np.eye(2))
             known = np.linalg.solve(axes, (near.points - near.points.mean(axis=0)).T)
-            far = REACH * max(1.0, np.max(np.hypot(*known))) * np.sqrt(self.random.random(LAST))
+            reach = np.where(np.arange(LAST) % 4, *REACH) * np.sqrt(self.random.random(LAST))
+            far = max(1.0, np.max(np.hypot(*known))) * reach
             drawn = far * np.stack([np.cos(turn), np.sin(turn)])
             nearest = np.argmin(np.hypot(*(drawn[:, :, None] - known[:, None])), axis=1)
             new = within_range(near.points.mean(axis=0) + (axes @ drawn).T)
