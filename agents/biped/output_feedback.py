@@ -144,7 +144,7 @@ class OutputFeedback(Ruled):
         controller = replace(self.controller, friction=mu, gait=gait)
         numbers = controller.margin, env_params.control_period, env_params.torque_limit
         margin, period, limit = (jnp.asarray(one, dtype) for one in numbers)
-        state, waiting = estimate.put_into(env_state), env_state.waiting
+        state, waiting = estimate.put_into(env_state), env_state.asked
         robot, floor = drawn_robot(state.drawn, env_params), Friction(mu, mu * self.ratio)
         for torque in waiting:  # of a delayed motor
             biped = after_a_period(robot, state.biped, torque, period, floor.mu_kinetic)

@@ -30,9 +30,10 @@ Optimiser: TypeAlias = Callable[[Objective, int], object]
 class Method:
     """An optimiser by name.
 
-    function: minimises until it ends or the budget ends it. inside: it works on the problem itself,
-    only its time is comparable. batch: points evaluated at once. families: of instances, all if
-    empty. convex: whether it takes convex instances only. most: free numbers."""
+    function: minimises until it ends or the budget ends it. inside: it works on the problem itself:
+    its time alone is comparable. batch: points evaluated at once. families: of instances, all if
+    empty. convex: whether it takes convex instances only. most: free numbers at most.
+    """
 
     name: str
     function: Optimiser

@@ -52,7 +52,8 @@ class TrainState:
 
 
 class Run(NamedTuple):
-    """A run that may be written to. latest: checkpoint to go on from, None at first; state: its."""
+    """A run that may be written to. latest: the checkpoint to go on from, None at the beginning;
+    state: what it holds."""
 
     path: Path
     config: Configuration

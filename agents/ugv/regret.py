@@ -102,11 +102,10 @@ def _values(of: DriveValues, states: UGVEnvState) -> Float[Array, " n"]:
     last = len(of.to_go) - 1
 
     def one(state: UGVEnvState) -> Array:
-        after, over = of.to_go[jnp.minimum(state.elapsed + 1, last)], state.over
+        after = of.to_go[jnp.minimum(state.elapsed + 1, last)]
         costs = jax.vmap(lambda turn: of.cost(state, turn, after))(turns)
-        return jnp.where(
-            over | (state.elapsed >= last), 0, -of.params.reward_scale * jnp.min(costs)
-        )
+        over = state.over | (state.elapsed >= last)
+        return jnp.where(over, 0, -of.params.reward_scale * jnp.min(costs))
 
     return jax.lax.map(one, states)
 

@@ -227,7 +227,7 @@ class BipedEnv(FunctionalEnv[episode.BipedEnvState, BipedEnvParams]):
             drawn=drawn,
             totals=nothing,
             rests=nothing,
-            asked=jnp.zeros(self.delay, dtype) if self.delay else None,
+            asked=(zero,) * self.delay,
         )
         return self._observe(state, params), state
 
@@ -236,7 +236,7 @@ class BipedEnv(FunctionalEnv[episode.BipedEnvState, BipedEnvParams]):
     ) -> tuple[Float[Array, " obs"], episode.BipedEnvState, Array, Array, Array, dict[str, Any]]:
         dtype = state.biped.crank_rate.dtype
         asked = (params.torque_limit * action[0]).astype(dtype)
-        torque, *queue = (*state.waiting, asked)
+        torque, *queue = (*state.asked, asked)
         period = jnp.asarray(params.control_period, dtype)
         robot = episode.drawn_robot(state.drawn, params)
         scene = episode.drawn_scene(state.drawn, params)
@@ -278,7 +278,7 @@ class BipedEnv(FunctionalEnv[episode.BipedEnvState, BipedEnvParams]):
             drawn=episode.commanded_at(state.drawn, duration),
             totals=totals,
             rests=rests,
-            asked=jnp.stack(queue) if queue else None,
+            asked=tuple(queue),
         )
         info |= totals.info(elapsed, duration)
         obs, truncated = self._observe(after, params), timed_out & ~terminated

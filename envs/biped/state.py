@@ -100,13 +100,8 @@ class BipedEnvState:
     totals: Totals
     rests: Totals
     """Rounding errors of the totals (see `compensated`)."""
-    asked: Float[Array, " delay"] | None
-    """Torques on their way to the motor, the earliest first [N m]; None without a delay."""
-
-    @property
-    def waiting(self) -> tuple[Float[Array, ""], ...]:
-        """The same one by one."""
-        return () if self.asked is None else tuple(self.asked)
+    asked: tuple[Float[Array, ""], ...]
+    """Torques that a delay holds back, the earliest first [N m]."""
 
     @property
     def to_go(self) -> Float[Array, ""] | None:

@@ -228,7 +228,8 @@ class PostureProblem(PostureData, Problem[evaluate.PostureResult]):
         """Largest violation of each constraint, 0 where it is met, in its own unit.
 
         leg_range, start_angles, end_angles [rad], leg_rate [rad/m], grip and normal [N], clearance
-        and wheels [m], torque [N m], pose: how many waypoints have no pose. Infinite for NaN.
+        and wheels [m], torque [N m], pose: how many waypoints have no pose. Infinite where
+        numbers are not finite.
         """
         return evaluate.violations(self, self.angles(x), self.stations(x))
 

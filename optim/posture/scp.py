@@ -159,7 +159,8 @@ PENALTIES = (10.0, 1e3, 1e5)
 MISSED = 1e-7
 """Largest scaled violation that needs no higher penalty."""
 GOOD, BAD, TAKEN = 0.75, 0.25, 0.01
-"""Shares of the predicted decrease: the box grows above GOOD, shrinks below BAD; TAKEN: a step."""
+"""Shares of the predicted decrease: above GOOD the box grows, below BAD it shrinks, below TAKEN
+the step is refused."""
 
 
 def solve_scp(

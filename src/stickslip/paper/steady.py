@@ -205,7 +205,8 @@ def weights(params: biped.BipedParams, samples: int) -> Result:
 def from_rest(
     params: biped.BipedParams, torque: float, duration: float, samples: int
 ) -> biped.Trajectory:
-    """Constant torque [N m] for `duration` [s] in 4 x samples steps, from rest at pi/2; no slip."""
+    """A constant torque [N m] for `duration` [s] in 4 x samples steps, from rest at pi/2; no slip,
+    no toppling."""
     step = duration / (4 * samples)
     return biped.simulate(params, SCENE, biped.BipedState(), torque, duration, step)
 
