@@ -31,8 +31,9 @@ class Method:
     """An optimiser by name.
 
     function: minimises until it ends or the budget ends it. inside: it works on the problem itself:
-    its time alone is comparable. batch: points evaluated at once. families: of instances, all if
-    empty. convex: whether it takes convex instances only. most: free numbers at most.
+    its time alone is comparable and its seeds do not differ. batch: points evaluated at once.
+    families: of instances, all if empty. convex: whether it takes convex instances only. most: free
+    numbers at most.
     """
 
     name: str
