@@ -10,7 +10,7 @@ from typing import Any
 
 from stickslip.agents.optimisers import report
 from stickslip.agents.optimisers.methods import METHODS, Optimiser, methods_of
-from stickslip.agents.optimisers.worker import Task, begin_worker, lost_run, make_run
+from stickslip.agents.optimisers.worker import Task, begin_worker, make_run, run_of
 from stickslip.agents.sweeps import cells
 from stickslip.agents.training.directory import only_writer
 from stickslip.dynamics.checks import require_integer
@@ -89,9 +89,9 @@ def race(
             try:
                 run = made.result()
             except TimeoutError:
-                run = lost_run(tasks[number], "timed out", f"{limit:g} s with start and compiling")
+                run = run_of(tasks[number], "timed out", f"{limit:g} s with start and compiling")
             except pebble.ProcessExpired as error:
-                run = lost_run(tasks[number], "died", str(error))
+                run = run_of(tasks[number], "died", str(error))
             cells.write_cell(path, number, head, run.table())
             bar.advance()
 

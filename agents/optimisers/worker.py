@@ -16,7 +16,7 @@ import numpy as np
 from stickslip.agents.optimisers.methods import Method
 from stickslip.agents.optimisers.report import COUNTED, Run, gap
 from stickslip.optim.instances.instance import Instance, instance
-from stickslip.optim.instances.objective import Record
+from stickslip.optim.instances.objective import Objective, Record
 from stickslip.records.signals import ENDING
 
 TRIED = 6
@@ -40,10 +40,16 @@ class Task:
 
 def begin_worker() -> None:
     """Prepare a process for runs: what optimisers print goes to standard error, the parent decides
-    about signals, and the process ends with its parent."""
+    about signals, and the process ends with its parent, as does what optimisers fork from it."""
     os.dup2(2, 1)
     for one in ENDING:
         signal.signal(one, signal.SIG_IGN)
+    _watch_parent()
+    if hasattr(os, "register_at_fork"):
+        os.register_at_fork(after_in_child=_watch_parent)
+
+
+def _watch_parent() -> None:
     Thread(target=_end_with_parent, daemon=True).start()
 
 
@@ -65,8 +71,19 @@ def make_run(content: bytes) -> Run:
         _tried.add((name, method.name))
         few = TRIED + 2 * method.batch * (method.batch > 1)
         with suppress(*RAISED):  # the run itself will report it
-            method.function(instance(name).objective(budget=few), 0)
+            _minimise(method, instance(name).objective(budget=few), 0)
     return run_task(task)
+
+
+def _minimise(method: Method, objective: Objective, seed: int) -> None:
+    """Run an optimiser. A process that it has forked ends here: the worker's tasks and results are
+    not its own."""
+    worker = os.getpid()
+    try:
+        method.function(objective, seed)
+    finally:
+        if os.getpid() != worker:
+            os._exit(1)
 
 
 @cache
@@ -146,24 +163,19 @@ def run_task(task: Task) -> Run:
     limits = {name: getattr(task, name) for name in ("budget", "seconds", "seed")}
     outcome, message = "ended", ""
     try:
-        task.method.function(one.objective(record=record, **limits), task.seed)
+        _minimise(task.method, one.objective(record=record, **limits), task.seed)
     except RAISED as error:
         outcome, message = "raised", " ".join(f"{type(error).__name__}: {error}".split())
         most, longest = task.budget or np.inf, task.seconds or np.inf
         if record.evaluations >= most or record.seconds >= longest:  # what it raises is its end
             outcome, message = "spent", ""
-    counts = {name: int(getattr(record, name)) for name in COUNTED}
-    return _run_of(task, outcome, message, counts, [*record.events, record.end()])
+    return run_of(task, outcome, message, record)
 
 
-def lost_run(task: Task, outcome: str, message: str) -> Run:
-    """The record of a run whose process was killed, or ended: no value, all counts 0."""
-    return _run_of(task, outcome, message, dict.fromkeys(COUNTED, 0), [Event()])
-
-
-def _run_of(
-    task: Task, outcome: str, message: str, counts: dict[str, int], events: list[Event]
-) -> Run:
+def run_of(task: Task, outcome: str, message: str, record: EventRecord | None = None) -> Run:
+    """A run as it is kept; without a record, of a process that was killed, or ended: no value, all
+    counts 0."""
+    events = [Event()] if record is None else [*record.events, record.end()]
     return Run(
         instance=task.instance,
         method=task.method.name,
@@ -171,7 +183,7 @@ def _run_of(
         outcome=outcome,
         message=message[:200],
         inside=task.method.inside,
-        counts=counts,
+        counts={name: int(getattr(record, name, 0)) for name in COUNTED},
         digest=instance(task.instance).digest(),
         evaluations=np.array([one.evaluations for one in events], np.int64),
         seconds=np.array([one.seconds for one in events], float),

@@ -19,10 +19,12 @@ from tests.agents.optimisers.table import NAME
 
 pytest.importorskip("pyarrow")
 pytest.importorskip("cloudpickle")
+fcntl = pytest.importorskip("fcntl")
 
 
 def test_what_goes_wrong_is_recorded_and_the_others_go_on():
     outcomes = {
+        "forks": "spent",
         "raises": "raised",
         "exits": "raised",
         "gives_nan": "spent",
@@ -54,13 +56,18 @@ GIVEN = {"instances": [NAME], "budget": 5, "seeds": 1, "workers": 1}
 
 
 @pytest.mark.long
-def test_a_process_that_ends_is_said_and_the_race_goes_on(tmp_path):
-    runs = race({"dies": users.dies, "gives_up": users.gives_up}, **GIVEN, out=tmp_path / "race")
+@pytest.mark.usefixtures("empty_directory")
+def test_a_process_that_ends_is_said_and_the_race_goes_on_and_leaves_none():
+    given = {one.__name__: one for one in (users.dies, users.leaves_a_process, users.gives_up)}
+    runs = race(given, **GIVEN, out="race")
     assert multiprocessing.active_children() == []
-    assert [run.outcome for run in runs] == ["died", "ended"]
+    assert [run.outcome for run in runs] == ["died", "ended", "ended"]
     assert np.isnan(runs[0].best)
-    assert len(read_results(tmp_path / "race")) == 2
+    assert len(read_results("race")) == 3
     assert "1 died" in counted_text(runs)
+    time.sleep(1)
+    with open("held") as file:
+        fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)  # whoever had it is gone
 
 
 def test_a_run_is_killed_at_its_limit():

@@ -44,6 +44,22 @@ def sleeps(objective, seed):
     time.sleep(1000)
 
 
+def forks(objective, seed):
+    """Both processes go on."""
+    os.fork()
+    searches(objective, seed)
+
+
+def leaves_a_process(objective, seed):
+    """A process that stays, with the other's lock on a file."""
+    import fcntl
+
+    with open("held", "w") as file:
+        fcntl.flock(file, fcntl.LOCK_SH)
+        if os.fork() == 0:
+            time.sleep(1000)
+
+
 def gives_nan(objective, seed):
     while True:
         objective(np.full(objective.n, np.nan))
