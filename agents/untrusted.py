@@ -210,13 +210,17 @@ class Rule:
         return low, high
 
 
-def require_entries(content: Mapping[str, Json], rules: Mapping[str, Rule]) -> dict[str, Any]:
-    """The entries, if they are all of the rules' names and no others, each as its rule has it."""
+def require_entries(
+    content: Mapping[str, Json], rules: Mapping[str, Rule], also: str | None = None
+) -> dict[str, Any]:
+    """The entries of the rules' names, each as its rule has it, None for an optional one that is
+    not there. RefusedError for one that lacks, and for others; also: accepted, for the caller."""
     try:
-        checks.require_known(content, rules)
-        if missing := [name for name in rules if name not in content]:
+        checks.require_known(content, [*rules, also] if also else rules)
+        needed = [name for name, rule in rules.items() if not rule.optional]
+        if missing := [name for name in needed if name not in content]:
             raise RefusedError(f"it lacks {', '.join(missing)}")
-        return {name: rule.require(name, content[name]) for name, rule in rules.items()}
+        return {name: rule.require(name, content.get(name)) for name, rule in rules.items()}
     except ValueError as error:
         raise RefusedError(str(error)) from error
 

@@ -40,6 +40,8 @@ RULES = {
     "policy": untrusted.Rule(str, "its file", optional=True),
 }
 """Rules of a result's entries; the others are its returns."""
+HEAD = {"method": untrusted.Rule(str, "its name"), "about": untrusted.Rule(str, "in a sentence")}
+"""The same of the file's, besides its results."""
 DIFFERENCE = 0.02
 """Differences of a score between a file and the replay that are reported."""
 
@@ -152,14 +154,12 @@ def read_results(path: Path) -> Method:
     with untrusted.reading(path, ACCEPTED):
         content = untrusted.parse_json(untrusted.read_text(path), "it")
         content = untrusted.require_head(content, FORMAT, VERSION, "a file of results")
+        head = untrusted.require_entries({"about": ""} | content, HEAD, also="results")
         rows = content.get("results")
         if not isinstance(rows, list) or not 0 < len(rows) <= MOST_RESULTS:
             raise untrusted.RefusedError(f"results is no list of 1 to {MOST_RESULTS}")
-        method, about = (content.get(name, "") for name in ("method", "about"))
-        if not isinstance(method, str) or not isinstance(about, str):
-            raise untrusted.RefusedError("method and about are no texts")
-        found = (_result(row, path.parent) for row in rows)
-        return _named(Method(method, tuple(found), " ".join(about.split())))
+        found = tuple(_result(row, path.parent) for row in rows)
+        return _named(Method(head["method"], found, " ".join(head["about"].split())))
 
 
 def _named(method: Method) -> Method:
@@ -174,9 +174,7 @@ def _named(method: Method) -> Method:
 def _result(row: untrusted.Json, folder: Path) -> Result:
     if not isinstance(row, dict):
         raise untrusted.RefusedError(f"the result {shown(row)} is no object")
-    given = {name: None for name, rule in RULES.items() if rule.optional} | row
-    returns = given.pop("returns", [])
-    found = untrusted.require_entries(given, RULES)
+    found, returns = untrusted.require_entries(row, RULES, also="returns"), row.get("returns", [])
     task = found["task"] = task_by_name(found["task"]).name
     if (digest := found.pop("episodes")) != (here := episodes_digest(TASKS[task])):
         raise untrusted.RefusedError(
