@@ -42,6 +42,8 @@ RULES = {
 """Rules of a result's entries; the others are its returns."""
 HEAD = {"method": untrusted.Rule(str, "its name"), "about": untrusted.Rule(str, "in a sentence")}
 """The same of the file's, besides its results."""
+ROUNDING = 1e-3
+"""Relative excess of a return in single precision over a proved bound that is accepted."""
 DIFFERENCE = 0.02
 """Differences of a score between a file and the replay that are reported."""
 
@@ -180,7 +182,8 @@ def _result(row: untrusted.Json, folder: Path) -> Result:
         raise untrusted.RefusedError(
             f"its episodes of {task} are {shown(digest)}, here {here}: of another version"
         )
-    count, policy = measured(task).episodes, found.pop("policy")
+    known, policy = measured(task), found.pop("policy")
+    count = known.episodes
     if not isinstance(returns, list) or len(returns) not in (1, count, 0 if policy else 1):
         raise untrusted.RefusedError(
             f"its returns on {task} are {shown(returns)}, not of {count} episodes or their mean"
@@ -190,6 +193,13 @@ def _result(row: untrusted.Json, folder: Path) -> Result:
     if policy is not None and not _is_name(policy):
         path = folder / policy
         policy = None if numbers and not path.exists() else str(path)  # nothing to play
+    if policy is None and known.bound is not None:
+        mean, bound = float(np.mean(numbers)), known.bound.value
+        if mean > bound + ROUNDING * abs(bound):
+            raise untrusted.RefusedError(
+                f"its mean return on {task} is {mean:.6g}, by more than rounding above the proved "
+                f"bound of {bound:.6g}"
+            )
     return Result(returns=numbers, policy=policy, **found)
 
 
