@@ -193,7 +193,12 @@ def _result(row: untrusted.Json, folder: Path) -> Result:
     if policy is not None and not _is_name(policy):
         path = folder / policy
         policy = None if numbers and not path.exists() else str(path)  # nothing to play
-    if policy is None and known.bound is not None:
+    if policy is not None:
+        try:
+            read_named([policy], machine_by_name(TASKS[task].machine))
+        except ValueError as error:
+            raise untrusted.RefusedError(f"its policy on {task}: {error}") from error
+    elif known.bound is not None:
         mean, bound = float(np.mean(numbers)), known.bound.value
         if mean > bound + ROUNDING * abs(bound):
             raise untrusted.RefusedError(
