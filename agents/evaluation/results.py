@@ -2,6 +2,7 @@
 
 import os
 import re
+from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import asdict, dataclass, replace
 from functools import cached_property
@@ -161,7 +162,17 @@ def read_results(path: Path) -> Method:
         if not isinstance(rows, list) or not 0 < len(rows) <= MOST_RESULTS:
             raise untrusted.RefusedError(f"results is no list of 1 to {MOST_RESULTS}")
         found = tuple(_result(row, path.parent) for row in rows)
+        for (task, what, of), count in Counter(map(_run_of, found)).items():
+            if count > 1:
+                raise untrusted.RefusedError(f"{count} results on {task} have {what} {shown(of)}")
         return _named(Method(head["method"], found, " ".join(head["about"].split())))
+
+
+def _run_of(one: Result) -> tuple[str, str, object]:
+    """Task, and what tells a run there from others: its policy, else its seed, else its returns."""
+    names = ("policy", "seed", "returns")
+    name = next(name for name in names if getattr(one, name) is not None)
+    return one.task, name, getattr(one, name)
 
 
 def _named(method: Method) -> Method:

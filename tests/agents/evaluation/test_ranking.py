@@ -101,6 +101,8 @@ def test_results_come_back_from_their_file():
     assert back.results[0].score == measured(STEADY).score(returns, range(len(returns)))
     Path("runs/a.npz").unlink()
     assert read_results(path).results[1].policy is None  # its return is the bound, rounded
+    with pytest.raises(ValueError, match="3 results on BipedSteady-v0 have seed 3"):
+        read_results(write_results(replace(method, results=method.results[:1] * 3), path))
 
 
 def test_the_file_on_the_page_is_read():
