@@ -108,7 +108,9 @@ def _is_text(path: str | Path) -> bool:
 
 def _text_of(path: Path) -> str:
     if not path.is_file():
-        raise ValueError("no such file; accepted: a machine's file in TOML")
+        what = "is no plain file" if path.exists() else "no such file"
+        what = "is a directory" if path.is_dir() else what
+        raise ValueError(f"{what}; accepted: a machine's file in TOML")
     if path.stat().st_size > MOST_BYTES:
         raise ValueError(f"larger than {MOST_BYTES} bytes; accepted: a machine's file")
     return path.read_text(encoding="utf-8")

@@ -1,5 +1,7 @@
 """Machines from TOML files: numbers and units, round trips, every number reachable, bad files."""
 
+import os
+
 import jax
 import numpy as np
 import pytest
@@ -151,5 +153,7 @@ def test_no_file_is_replaced_and_no_batch_is_written(tmp_path):
     for batch in (UGVParams(leg_mass=np.ones(2)), BipedParams.from_bars(hip_mass=np.ones(2))):
         with pytest.raises(ValueError, match="accepted: one"):
             batch.to_file(tmp_path / "batch.toml")
-    with pytest.raises(ValueError, match="no such file"):
-        BipedParams.from_file(tmp_path / "none.toml")
+    others = {tmp_path / "none.toml": "no such file", tmp_path: "is a directory; accepted: a"}
+    for path, said in (others | {os.devnull: "is no plain file"}).items():
+        with pytest.raises(ValueError, match=f"{path}: {said}"):
+            BipedParams.from_file(path)
