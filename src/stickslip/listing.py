@@ -4,7 +4,8 @@ from collections.abc import Mapping
 from dataclasses import asdict
 from typing import Any
 
-from stickslip.agents.policy.file import Record, every_record, record_of
+from stickslip.agents.policy.file import Record, every_record, policy_path, read_metadata, record_of
+from stickslip.agents.policy.shipped import shipped_names, shipped_path
 from stickslip.dynamics.checks import shown
 from stickslip.envs.tasks.definition import TASKS, WITHDRAWN, TaskDefinition, task_by_name
 from stickslip.envs.tasks.known import OVER, Interval, episodes_digest, measured
@@ -38,21 +39,21 @@ def tasks_command(flags: Mapping[str, Any]) -> Content:
 
 def policies_command(flags: Mapping[str, Any]) -> Content:
     """Print all policies in a table, or all about those named; return all about them."""
-    records = [record_of(name) for name in flags["names"]] or every_record()
-    facts = list(map(_policy_facts, records))
+    facts = list(map(_facts_of, flags["names"] or shipped_names()))
     if flags["names"]:
         print("\n".join(map(in_words, facts)), end="")
     else:
         words = [Column(name, words=True) for name in ("policy", "asked")]
         heads = [Column("return"), Column("score"), Column("layers", words=True)]
         columns = [*words, *heads, Column("size", "kB")]
-        print(Table(columns, list(map(_policy_row, records))).terminal() + SHOWN)
+        print(Table(columns, list(map(_policy_row, every_record()))).terminal() + SHOWN)
     units = {"policies": {"bytes": "B", "score": "-", "earned": "each one's unit"}}
     return Content(facts={"policies": facts}, units=units)
 
 
 def in_words(facts: Mapping[str, Any], depth: int = 0) -> str:
-    """Names and values, a line each, nested ones further in; without the returns of episodes."""
+    """Names and values, a line each, nested ones further in; without the returns of episodes, and
+    without what cannot be printed."""
     lines, margin = [], "  " * depth
     for name, value in facts.items():
         if isinstance(value, Mapping):
@@ -66,7 +67,7 @@ def in_words(facts: Mapping[str, Any], depth: int = 0) -> str:
             if isinstance(value, Interval):
                 text = value.shown(3) if value.value == value.value else OVER
             lines.append(f"{margin}{name} = {text}\n")
-    return "".join(lines)
+    return "".join(one for one in "".join(lines) if one.isprintable() or one == "\n")
 
 
 def _task_row(task: TaskDefinition) -> list[str]:
@@ -92,7 +93,14 @@ def _policy_row(one: Record) -> list[str]:
     return [one.name, one.task.title, value, one.score.shown(2), layers, f"{size / 1000:.1f}"]
 
 
-def _policy_facts(one: Record) -> dict[str, object]:
+def _facts_of(name: str) -> Mapping[str, object]:
+    """All about a policy of the package; of another one, what its file says, but for the numbers of
+    its task."""
+    if shipped_path(name) is None:
+        metadata, path = read_metadata(name), policy_path(name)
+        own = {"name": name, "path": str(path), "bytes": path.stat().st_size}
+        return own | {key: metadata[key] for key in metadata if key not in (*own, "task")}
+    one = record_of(name)
     return {
         "name": one.name,
         "task": one.task.name,

@@ -130,7 +130,7 @@ def test_a_policy_of_another_definition_is_refused_everywhere(tmp_path, capsys, 
     assert said[0] in refusal(capsys, "evaluate", path)
 
 
-def test_list_words_and_json_tell_of_every_policy(capsys):
+def test_list_words_and_json_tell_of_every_policy_and_of_a_file(capsys, tmp_path: Path):
     lines = prints(capsys, "policies").splitlines()
     for one in every_record():
         (line,) = (line for line in lines if line.startswith(f"{one.name} "))
@@ -138,6 +138,9 @@ def test_list_words_and_json_tell_of_every_policy(capsys):
         assert one.score.shown(2) in line
     said = prints(capsys, "policies", "biped-ice")
     for part in (record_of("biped-ice").command, "digest", "jaxlib", "best_after"):
+        assert part in said
+    said = prints(capsys, "policies", changed(tmp_path, mood="\x1bgood"))
+    for part in (f"path = {tmp_path / 'mine.npz'}", "layer_sizes = [", "best_after", "mood = good"):
         assert part in said
     (one,) = tells(capsys, "policies", "ugv-bump")["policies"]
     assert (one["task"], one["digest"]) == ("UGVBump-v1", TASKS["UGVBump-v1"].digest)
