@@ -63,8 +63,9 @@ def ground_by_name(name: str) -> Track | str:
     require_ground(name)
     if name in TRACK_NAMES:
         return name
-    from stickslip.optim.posture.track_file import read_track
+    from stickslip.optim.posture.track_file import read_track, require_track
 
+    require_track(name, TRACK_NAMES)
     return read_track(Path(name))
 
 

@@ -6,6 +6,7 @@ Treatments change a survey's points before a track goes through them.
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -84,6 +85,15 @@ def read_track(path: str | Path, interpolation: str = "cubic", **treatments: Any
     names the file, the line and what is accepted; OSError where it cannot be opened.
     """
     return read_survey(path, interpolation, **treatments).track
+
+
+def require_track(name: str, known: Iterable[str]) -> None:
+    """Raise ValueError for what is neither the known name of a track nor a file."""
+    if name not in known and not Path(name).exists():
+        raise ValueError(
+            f"track {name!r} is neither a name nor a file; accepted: {', '.join(known)}, or a file "
+            "of points (x and y, or GPX)"
+        )
 
 
 def read_survey(path: str | Path, interpolation: str = "cubic", **treatments: Any) -> Survey:

@@ -21,7 +21,7 @@ from stickslip.optim import CRITERIA, METHODS, PostureProblem, PostureResult, St
 from stickslip.optim.columns import is_number
 from stickslip.optim.posture import TREATMENTS
 from stickslip.optim.posture.evaluate import tolerated
-from stickslip.optim.posture.track_file import Survey, read_survey
+from stickslip.optim.posture.track_file import Survey, read_survey, require_track
 from stickslip.optim.problem import methods_of, options_of_method
 from stickslip.optimise.picture import draw_drive, draw_ground
 from stickslip.parser import finite
@@ -117,11 +117,7 @@ def survey_of(
             return Survey(Track.named(name, **given), np.empty((0, 2)), np.empty((0, 2)), {})
         except TypeError as error:
             raise ValueError(f"track {name!r} with {given}: {error}") from error
-    if not path.exists():
-        raise ValueError(
-            f"track {name!r} is neither a name nor a file; accepted: {', '.join(TRACKS)}, or a "
-            "file of points (x and y, or GPX)"
-        )
+    require_track(name, TRACKS)
     unknown = [key for key in given if key != "interpolation"]
     if unknown:
         raise ValueError(f"a track in a file has no {unknown[0]!r}; accepted: interpolation")
