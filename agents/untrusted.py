@@ -61,11 +61,8 @@ def refusing(what: str) -> Iterator[None]:
 @contextmanager
 def reading(path: str | Path, accepted: str, what: str = "it") -> Iterator[None]:
     """Inside, every failure is a ValueError that names the file and says what is accepted."""
-    try:
-        with refusing(what):
-            yield
-    except ValueError as error:
-        raise ValueError(f"{path}: {error}; accepted: {accepted}") from error
+    with checks.retold(f"{path}: ", f"; accepted: {accepted}"), refusing(what):
+        yield
 
 
 def read_bytes(path: str | Path, largest: int = LARGEST) -> bytes:
@@ -215,14 +212,12 @@ def require_entries(
 ) -> dict[str, Any]:
     """The entries of the rules' names, each as its rule has it, None for an optional one that is
     not there. RefusedError for one that lacks, and for others; also: accepted, for the caller."""
-    try:
+    with checks.retold("", kind=RefusedError):
         checks.require_known(content, [*rules, also] if also else rules)
         needed = [name for name, rule in rules.items() if not rule.optional]
         if missing := [name for name in needed if name not in content]:
             raise RefusedError(f"it lacks {', '.join(missing)}")
         return {name: rule.require(name, content.get(name)) for name, rule in rules.items()}
-    except ValueError as error:
-        raise RefusedError(str(error)) from error
 
 
 METADATA = "metadata"

@@ -13,7 +13,8 @@ from __future__ import annotations
 import math
 import os
 import reprlib
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
 from numbers import Integral
 from typing import TYPE_CHECKING, Any
 
@@ -36,6 +37,15 @@ def shown(value: object) -> str:
     """The value for a message: its repr on one line, shortened where it is long."""
     text = " ".join(_short.repr(value).split())
     return text if len(text) <= 120 else f"{text[:100]} ... ({len(text)} characters)"
+
+
+@contextmanager
+def retold(before: str, after: str = "", kind: type[ValueError] = ValueError) -> Iterator[None]:
+    """Inside, a ValueError is one of that kind, with words before and behind its message."""
+    try:
+        yield
+    except ValueError as error:
+        raise kind(f"{before}{error}{after}") from error
 
 
 def require_choice(name: str, value: Any, choices: Iterable[str], *, also: str = "") -> None:

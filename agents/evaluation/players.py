@@ -11,8 +11,8 @@ from stickslip.agents.policy.network import MLPPolicy
 from stickslip.agents.policy.shipped import shipped_names
 from stickslip.agents.policy.task import same_numbers
 from stickslip.agents.protocol import Options, Player, Task
-from stickslip.agents.untrusted import Json, RefusedError
-from stickslip.dynamics.checks import nearest, require_choice
+from stickslip.agents.untrusted import Json
+from stickslip.dynamics.checks import nearest, require_choice, retold
 from stickslip.envs.functional import AnyEnv, Timed
 from stickslip.envs.tasks.definition import task_by_name
 
@@ -35,12 +35,10 @@ class Named:
 
     def own_task(self) -> tuple[Task[Any, Any], str]:
         """The task in a policy's file, and where it is from."""
-        try:
+        with retold(f"{policy_path(self.name)}: "):
             named = named_task_of(self.metadata)
             found = self.metadata if named is None else self.machine.describe(*named.make())
             task = self.machine.read_task(found)
-        except RefusedError as error:
-            raise ValueError(f"{policy_path(self.name)}: {error}") from error
         if task is not None:
             which = "" if named is None else f", {named.name}"
             return task, f"the own task of {self.name}{which}"

@@ -18,7 +18,7 @@ from stickslip.agents.machine import machine_by_name, machine_of_baseline
 from stickslip.agents.policy.file import named_task_of, policy_path
 from stickslip.agents.policy.shipped import shipped_path
 from stickslip.agents.training import directory as runs
-from stickslip.dynamics.checks import shown
+from stickslip.dynamics.checks import retold, shown
 from stickslip.envs.tasks.definition import TASKS, task_by_name
 from stickslip.envs.tasks.known import UNKNOWN, Interval, episodes_digest, measured
 from stickslip.records.files import write_whole
@@ -205,10 +205,8 @@ def _result(row: untrusted.Json, folder: Path) -> Result:
         path = folder / policy
         policy = None if numbers and not path.exists() else str(path)  # nothing to play
     if policy is not None:
-        try:
+        with retold(f"its policy on {task}: ", kind=untrusted.RefusedError):
             read_named([policy], machine_by_name(TASKS[task].machine))
-        except ValueError as error:
-            raise untrusted.RefusedError(f"its policy on {task}: {error}") from error
     elif known.bound is not None:
         mean, bound = float(np.mean(numbers)), known.bound.value
         if mean > bound + ROUNDING * abs(bound):

@@ -12,6 +12,7 @@ import numpy as np
 
 from stickslip.agents.sweeps.cells import CELL_FILE, cell_files
 from stickslip.agents.untrusted import RefusedError, reading
+from stickslip.dynamics.checks import retold
 from stickslip.envs.rendering.sheet import WIDTH, make_sheet, name_panel, save_sheet, styled
 from stickslip.optim.instances.instance import FAMILIES, SEEDED, Instance, instance
 from stickslip.records.table import Column, Table
@@ -110,10 +111,8 @@ def _read(file: Path, filters: Any = None) -> list[Run]:
 def _run_of(row: dict[str, Any]) -> Run:
     lists = {name: np.array(row[name], of) for name, of in ARRAYS.items() if row[name] is not None}
     run = Run(**{**row, **lists})
-    try:
+    with retold("", kind=RefusedError):
         known = instance(run.instance).known
-    except ValueError as error:
-        raise RefusedError(str(error)) from error
     if known and not known.digest.startswith(run.digest[:DIGITS]):
         raise RefusedError(f"digest {run.digest} is not that of {run.instance} here")
     return run

@@ -19,7 +19,7 @@ from stickslip.agents.policy.network import MLPPolicy
 from stickslip.agents.policy.shipped import NAME, no_policy, shipped_names, shipped_path
 from stickslip.agents.protocol import Params, State
 from stickslip.agents.training.configuration import command_of
-from stickslip.dynamics.checks import nearest, require_kind, require_number, shown
+from stickslip.dynamics.checks import nearest, require_kind, require_number, retold, shown
 from stickslip.dynamics.pytrees import with_all_digits
 from stickslip.envs.functional import FunctionalEnv
 from stickslip.envs.tasks.definition import TASKS, WITHDRAWN, TaskDefinition, withdrawal
@@ -55,10 +55,8 @@ def save_policy(
     """
     require_kind("policy", policy, MLPPolicy, "an MLPPolicy; a baseline is known by its name")
     policy.validate()
-    try:
+    with retold("", "; accepted: describe_environment of its own"):
         _require_described(policy, metadata or {})
-    except untrusted.RefusedError as error:
-        raise ValueError(f"{error}; accepted: describe_environment of its own") from error
     own = {
         "format": FORMAT,
         "version": VERSION,
@@ -76,10 +74,8 @@ def save_policy(
     file = io.BytesIO()
     np.savez_compressed(file, allow_pickle=False, **{n: np.asarray(a) for n, a in arrays.items()})
     raw = file.getvalue()
-    try:
+    with retold("the policy could not be read again: ", f"; {SAVED}"):
         _policy(*_contents(raw))
-    except untrusted.RefusedError as error:
-        raise ValueError(f"the policy could not be read again: {error}; {SAVED}") from error
     return write_whole(path, raw, overwrite=overwrite)
 
 
@@ -202,7 +198,7 @@ def _policy(arrays: dict[str, np.ndarray], metadata: Mapping[str, Any]) -> MLPPo
     for name, values in arrays.items():
         if values.dtype not in (np.float32, np.float64):
             raise untrusted.RefusedError(f"{name} is {values.dtype}, not float32 or float64")
-    try:
+    with retold("", kind=untrusted.RefusedError):
         for name, values in arrays.items():
             require_number(name, values, dtype=np.float32, accepted="finite in float32")
         numbers = {name: with_all_digits(values) for name, values in arrays.items()}
@@ -216,8 +212,6 @@ def _policy(arrays: dict[str, np.ndarray], metadata: Mapping[str, Any]) -> MLPPo
             observation_clip=metadata.get("observation_clip"),
             history=metadata.get("history", 0),
         ).validate()
-    except ValueError as error:
-        raise untrusted.RefusedError(str(error)) from error
     if list(policy.layer_sizes) != sizes:
         raise untrusted.RefusedError(f"its layers are {policy.layer_sizes}, it says {shown(sizes)}")
     _require_described(policy, metadata)

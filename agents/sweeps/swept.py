@@ -12,7 +12,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from stickslip.dynamics.checks import nearest, require_kind, require_number, shown
+from stickslip.dynamics.checks import nearest, require_kind, require_number, retold, shown
 from stickslip.dynamics.pytrees import Number, float_type
 
 if TYPE_CHECKING:
@@ -177,10 +177,8 @@ def axes_of(given: Mapping[str, AxisLike]) -> dict[str, tuple[float, ...]]:
     require_kind("axes", given, Mapping, 'a dict of axes by name, {"mu": "0.02:0.3:64"} or such')
     found = {}
     for name, values in given.items():
-        try:
+        with retold(f"axis {name}: "):
             found[str(name)] = axis_values(values)
-        except ValueError as error:
-            raise ValueError(f"axis {name}: {error}") from error
     return found
 
 

@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any, ClassVar, Generic, NamedTuple, Self, TypeVar
 
 from stickslip.agents import untrusted
-from stickslip.dynamics.checks import require_known, require_memory, shown
+from stickslip.dynamics.checks import require_known, require_memory, retold, shown
 from stickslip.envs.tasks.definition import TASKS, task_by_name
 
 T = TypeVar("T")
@@ -274,17 +274,13 @@ def read_settings(path: str | Path, kind: type[Configuration]) -> Mapping[str, o
 
     ValueError, naming the file, for anything else and for another machine's.
     """
-    try:
+    with retold(f"{path}: ", "; accepted: a TOML file of settings, or a run's config.json"):
         text = untrusted.read_text(path)
         if Path(path).suffix.lower() == ".json":
             return changes(kind.from_json(text))
         with untrusted.refusing("it"):
             content = tomllib.loads(text)
         return kind.own_entries({"machine": kind.machine} | content)
-    except ValueError as error:
-        raise ValueError(
-            f"{path}: {error}; accepted: a TOML file of settings, or a run's config.json"
-        ) from error
 
 
 def _text(value: object) -> str:

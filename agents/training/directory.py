@@ -24,7 +24,7 @@ from stickslip.agents.machine import read_configuration
 from stickslip.agents.policy.file import read_policy
 from stickslip.agents.training.configuration import Configuration, digest_of
 from stickslip.agents.training.trainer import ModelState
-from stickslip.dynamics.checks import memory_limit, shown
+from stickslip.dynamics.checks import memory_limit, retold, shown
 from stickslip.records import files
 from stickslip.records.table import cell_text, csv_line
 
@@ -89,13 +89,9 @@ def open_run(path: Path, config: Configuration | None, *, resume: bool = False) 
 
 def read_config(path: Path) -> Configuration:
     """The configuration of the run in a directory. ValueError if there is none."""
-    try:
+    accepted = "the directory of a run that was begun"
+    with retold(f"{path} holds no training run ({CONFIG}: ", f"); accepted: {accepted}"):
         text = untrusted.read_text(path / CONFIG)
-    except untrusted.RefusedError as error:
-        raise ValueError(
-            f"{path} holds no training run ({CONFIG}: {error}); accepted: the directory of a run "
-            "that was begun"
-        ) from error
     with untrusted.reading(path / CONFIG, "as training wrote it"):
         return read_configuration(text)
 

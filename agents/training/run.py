@@ -28,7 +28,7 @@ from stickslip.agents.protocol import Options, Player
 from stickslip.agents.training import directory as runs
 from stickslip.agents.training.configuration import Config, Configuration, Trained, settings_given
 from stickslip.agents.training.trainer import Trainer, Update
-from stickslip.dynamics.checks import require_kind
+from stickslip.dynamics.checks import require_kind, retold
 from stickslip.dynamics.lazily import require
 from stickslip.envs.functional import AnyEnv
 from stickslip.envs.tasks.definition import task_by_name
@@ -106,10 +106,8 @@ class _Training:
         self.trainer = trainer_of(run.config)(*given)
         if run.latest is not None:
             state = runs.read_model(run.latest)
-            try:
+            with retold(f"{run.latest}: ", "; accepted: this run's own"):
                 self.trainer.put_state(state)
-            except ValueError as error:
-                raise ValueError(f"{run.latest}: {error}; accepted: this run's own") from error
         self.trainer.timesteps = at
         self.seconds, self.since = run.state.seconds, 0.0
         columns = (*COLUMNS, *self.trainer.losses)
