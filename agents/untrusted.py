@@ -73,16 +73,15 @@ def read_bytes(path: str | Path, largest: int = LARGEST) -> bytes:
     flags = os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0)
     try:
         with os.fdopen(os.open(path, flags), "rb") as file:
-            if not stat.S_ISREG(os.fstat(file.fileno()).st_mode):
-                raise RefusedError("cannot be read (not a plain file)")
-            raw = file.read(largest + 1)
+            plain = stat.S_ISREG(os.fstat(file.fileno()).st_mode)
+            raw = file.read(largest + 1) if plain else b""
     except (FileNotFoundError, NotADirectoryError):
         raise RefusedError("no such file") from None
-    except RefusedError:
-        raise
     except (OSError, ValueError) as error:  # ValueError: a name with a zero byte
         reason = error.strerror if isinstance(error, OSError) else error
         raise RefusedError(f"cannot be read ({reason})") from error
+    if not plain:
+        raise RefusedError("cannot be read (not a plain file)")
     if len(raw) > largest:
         raise RefusedError(f"larger than {largest} bytes")
     return raw
@@ -214,8 +213,7 @@ def require_entries(
     not there. RefusedError for one that lacks, and for others; also: accepted, for the caller."""
     with checks.retold("", kind=RefusedError):
         checks.require_known(content, [*rules, also] if also else rules)
-        needed = [name for name, rule in rules.items() if not rule.optional]
-        if missing := [name for name in needed if name not in content]:
+        if missing := [k for k, rule in rules.items() if not (rule.optional or k in content)]:
             raise RefusedError(f"it lacks {', '.join(missing)}")
         return {name: rule.require(name, content.get(name)) for name, rule in rules.items()}
 

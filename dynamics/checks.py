@@ -72,10 +72,15 @@ def require_known(names: Iterable[str], known: Iterable[str], what: str = "field
             )
 
 
+def require_that(good: object, name: str, value: Any, accepted: str) -> None:
+    """Raise ValueError unless `good`: what the value is, and what is accepted."""
+    if not good:
+        raise ValueError(f"{name} = {shown(value)}; accepted: {accepted}")
+
+
 def require_kind(name: str, value: Any, kinds: type | tuple[type, ...], accepted: str) -> None:
     """Raise ValueError unless `value` is an instance of one of the classes."""
-    if not isinstance(value, kinds):
-        raise ValueError(f"{name} = {shown(value)}; accepted: {accepted}")
+    require_that(isinstance(value, kinds), name, value, accepted)
 
 
 def require_precision(what: str, *kinds: Any) -> None:
@@ -118,8 +123,7 @@ def memory_limit() -> float:
         limit = float(given)
     except ValueError:
         limit = math.nan
-    if not limit > 0:
-        raise ValueError(f"{MEMORY_LIMIT} = {shown(given)}; accepted: a number of bytes > 0")
+    require_that(limit > 0, MEMORY_LIMIT, given, "a number of bytes > 0")
     return limit
 
 
@@ -215,8 +219,8 @@ def require_integer(
     if accepted is None:
         accepted = f"an integer >= {low}" + ("" if high is None else f", <= {high}")
     whole = isinstance(value, Integral) and not isinstance(value, bool)
-    if not whole or int(value) < low or (high is not None and int(value) > high):
-        raise ValueError(f"{name} = {shown(value)}; accepted: {accepted}")
+    good = whole and low <= int(value) and (high is None or int(value) <= high)
+    require_that(good, name, value, accepted)
     return int(value)
 
 

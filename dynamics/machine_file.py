@@ -17,7 +17,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from stickslip.dynamics.checks import require_known, shown
+from stickslip.dynamics.checks import require_known, require_that, retold, shown
 
 MOST_BYTES = 1_000_000
 """Of a file."""
@@ -52,8 +52,7 @@ class MachineFile(NamedTuple):
         with in_file(path):
             tables = {} if path is None else _parsed(path)
             named = tables.pop("machine", self.machine)
-            if named != self.machine:
-                raise ValueError(f"machine = {shown(named)}; accepted: {self.machine!r}")
+            require_that(named == self.machine, "machine", named, repr(self.machine))
             found = self._numbers(given | _flat(tables))
         changed = {self.names[name]: _number_or_text(value) for name, value in changes.items()}
         return self._numbers(found | changed) if changed else found
@@ -132,11 +131,8 @@ def _flat(table: Mapping[str, Any], before: str = "") -> dict[str, Any]:
 @contextmanager
 def in_file(path: str | Path | None) -> Iterator[None]:
     """Put the file's name before the message of a ValueError."""
-    try:
+    with retold("" if path is None or _is_text(path) else f"{path}: "):
         yield
-    except ValueError as error:
-        name = "" if path is None or _is_text(path) else f"{path}: "
-        raise ValueError(f"{name}{error}") from None
 
 
 def quantity(name: str, value: Any, unit: str) -> float:

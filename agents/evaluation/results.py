@@ -18,7 +18,7 @@ from stickslip.agents.machine import machine_by_name, machine_of_baseline
 from stickslip.agents.policy.file import named_task_of, policy_path
 from stickslip.agents.policy.shipped import shipped_path
 from stickslip.agents.training import directory as runs
-from stickslip.dynamics.checks import retold, shown
+from stickslip.dynamics.checks import require_that, retold, shown
 from stickslip.envs.tasks.definition import TASKS, task_by_name
 from stickslip.envs.tasks.known import UNKNOWN, Interval, episodes_digest, measured
 from stickslip.records.files import write_whole
@@ -40,9 +40,8 @@ RULES = {
     "processor_seconds": untrusted.Rule(float, "of the training", low=0, optional=True),
     "policy": untrusted.Rule(str, "its file", optional=True),
 }
-"""Rules of a result's entries; the others are its returns."""
 HEAD = {"method": untrusted.Rule(str, "its name"), "about": untrusted.Rule(str, "in a sentence")}
-"""The same of the file's, besides its results."""
+"""Rules of the entries of a result, besides its returns, and of a file, besides its results."""
 ROUNDING = 1e-3
 """Relative excess of a return in single precision over a proved bound that is accepted."""
 DIFFERENCE = 0.02
@@ -170,17 +169,13 @@ def read_results(path: Path) -> Method:
 
 def _run_of(one: Result) -> tuple[str, str, object]:
     """Task, and what tells a run there from others: its policy, else its seed, else its returns."""
-    names = ("policy", "seed", "returns")
-    name = next(name for name in names if getattr(one, name) is not None)
+    name = next(of for of in ("policy", "seed", "returns") if getattr(one, of) is not None)
     return one.task, name, getattr(one, name)
 
 
 def _named(method: Method) -> Method:
-    if METHOD_NAME.fullmatch(method.name) is None or method.name.startswith("."):
-        raise ValueError(
-            f"method = {shown(method.name)}; accepted: up to 64 letters, digits, spaces, _, +, - "
-            "and ."
-        )
+    fit = METHOD_NAME.fullmatch(method.name) and not method.name.startswith(".")
+    require_that(fit, "method", method.name, "up to 64 letters, digits, spaces, _, +, - and .")
     return method
 
 
@@ -193,8 +188,7 @@ def _result(row: untrusted.Json, folder: Path) -> Result:
         raise untrusted.RefusedError(
             f"its episodes of {task} are {shown(digest)}, here {here}: of another version"
         )
-    known, policy = measured(task), found.pop("policy")
-    count = known.episodes
+    count, policy = measured(task).episodes, found.pop("policy")
     if not isinstance(returns, list) or len(returns) not in (1, count, 0 if policy else 1):
         raise untrusted.RefusedError(
             f"its returns on {task} are {shown(returns)}, not of {count} episodes or their mean"
@@ -207,12 +201,12 @@ def _result(row: untrusted.Json, folder: Path) -> Result:
     if policy is not None:
         with retold(f"its policy on {task}: ", kind=untrusted.RefusedError):
             read_named([policy], machine_by_name(TASKS[task].machine))
-    elif known.bound is not None:
-        mean, bound = float(np.mean(numbers)), known.bound.value
-        if mean > bound + ROUNDING * abs(bound):
+    elif (bound := measured(task).bound) is not None:
+        mean = float(np.mean(numbers))
+        if mean > bound.value + ROUNDING * abs(bound.value):
             raise untrusted.RefusedError(
                 f"its mean return on {task} is {mean:.6g}, by more than rounding above the proved "
-                f"bound of {bound:.6g}"
+                f"bound of {bound.value:.6g}"
             )
     return Result(returns=numbers, policy=policy, **found)
 

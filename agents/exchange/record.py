@@ -208,8 +208,7 @@ def new_dataset(dataset: str) -> Path:
     from minari.storage import get_dataset_path
 
     checks.require_kind("dataset", dataset, str, NAMES)
-    if NAME.fullmatch(dataset) is None:
-        raise ValueError(f"dataset = {checks.shown(dataset)}; accepted: {NAMES}")
+    checks.require_that(NAME.fullmatch(dataset), "dataset", dataset, NAMES)
     if not os.path.isabs(os.environ.get(ROOT, os.sep)):
         raise ValueError(f"{ROOT} = {checks.shown(os.environ[ROOT])}; accepted: an absolute path")
     root = Path(get_dataset_path())

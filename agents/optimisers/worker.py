@@ -76,8 +76,7 @@ def make_run(content: bytes) -> Run:
 
 
 def _minimise(method: Method, objective: Objective, seed: int) -> None:
-    """Run an optimiser. A process that it has forked ends here: the worker's tasks and results are
-    not its own."""
+    """Run an optimiser. A process that it forks ends here: the worker's other tasks are not its."""
     worker = os.getpid()
     try:
         method.function(objective, seed)
@@ -173,8 +172,7 @@ def run_task(task: Task) -> Run:
 
 
 def run_of(task: Task, outcome: str, message: str, record: EventRecord | None = None) -> Run:
-    """A run as it is kept; without a record, of a process that was killed, or ended: no value, all
-    counts 0."""
+    """A run; without a record, that of a process that was killed, or ended: no value, counts 0."""
     events = [Event()] if record is None else [*record.events, record.end()]
     return Run(
         instance=task.instance,

@@ -15,7 +15,7 @@ from stickslip.agents.pictures.episodes import scale_of, write_film
 from stickslip.agents.policy.file import policy_path
 from stickslip.agents.policy.shipped import shipped_path
 from stickslip.agents.protocol import Options, Params, Player, State
-from stickslip.dynamics.checks import require_integer
+from stickslip.dynamics.checks import require_integer, require_that
 from stickslip.envs.functional import AnyEnv, FunctionalEnv, Timed
 from stickslip.envs.rendering.animation import SUFFIXES, require_format
 from stickslip.envs.rendering.page import Page, page_text
@@ -96,8 +96,8 @@ def view_command(given: Options) -> None:
     """`stickslip view`: write a page, or an animation of one episode."""
     asked = list(given["who"])
     require_integer("seed", given["seed"], low=0, high=2**32 - 1)
-    if not 0.02 <= given["seconds"] <= 3600:  # false for NaN, too
-        raise ValueError(f"seconds = {given['seconds']}; accepted: 0.02 to 3600")
+    seconds = given["seconds"]
+    require_that(0.02 <= seconds <= 3600, "seconds", seconds, "0.02 to 3600")  # false for NaN, too
     require_integer("players", len(asked), **PLAYERS)
     named = read_named(asked)
     machine = machine_of(named)

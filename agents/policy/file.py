@@ -34,6 +34,8 @@ PACKAGES += ("stable-baselines3", "torch", "matplotlib")
 SAVED = f"accepted: float32 or float64 numbers, at most {untrusted.LARGEST} bytes of them"
 DEEPEST = 64
 """Layers at most."""
+CHOICES = {"activation": "", "squash": "", "observation_clip": None, "history": 0}
+"""Entries of the policy besides its numbers, as they are where a file lacks them."""
 NAMED = "named_task"
 """The entry of the metadata with the task's name and digest."""
 DIGITS = 12
@@ -61,10 +63,7 @@ def save_policy(
         "format": FORMAT,
         "version": VERSION,
         "layer_sizes": list(policy.layer_sizes),
-        "activation": policy.activation,
-        "squash": policy.squash,
-        "observation_clip": policy.observation_clip,
-        "history": policy.history,
+        **{name: getattr(policy, name) for name in CHOICES},
         "versions": installed(),
     }
     text = untrusted.metadata_text(own, metadata)
@@ -207,10 +206,7 @@ def _policy(arrays: dict[str, np.ndarray], metadata: Mapping[str, Any]) -> MLPPo
             biases=tuple(numbers[f"bias_{i}"] for i in layers),
             shift=numbers["shift"],
             scale=numbers["scale"],
-            activation=metadata.get("activation", ""),
-            squash=metadata.get("squash", ""),
-            observation_clip=metadata.get("observation_clip"),
-            history=metadata.get("history", 0),
+            **{name: metadata.get(name, usual) for name, usual in CHOICES.items()},
         ).validate()
     if list(policy.layer_sizes) != sizes:
         raise untrusted.RefusedError(f"its layers are {policy.layer_sizes}, it says {shown(sizes)}")
@@ -277,9 +273,7 @@ class Record:
 
 def record_of(name: str) -> Record:
     """The record of a policy of the package. ValueError for an unknown name or a damaged file."""
-    path = shipped_path(name)
-    if path is None:
-        raise ValueError(no_policy(name))
+    path = existing_path(name)
     policy, metadata = read_policy(path)
     task = named_task_of(metadata)
     earned, trained = metadata.get(EARNED), metadata.get(TRAINED)

@@ -87,17 +87,14 @@ def cases_named(
     return found, place.line()
 
 
-def _tasks(task: object) -> dict[str, Pair]:
+def _tasks(task: Any) -> dict[str, Pair]:
     if isinstance(task, str):
         task = [task]
     if isinstance(task, tuple) and len(task) == 2 and isinstance(task[0], FunctionalEnv):
         return {"own": task}
     if isinstance(task, Mapping):
         return {str(label): pair for label, pair in task.items()}
-    if not isinstance(task, Sequence):
-        raise ValueError(
-            f"task = {checks.shown(task)}; accepted: a name, (env, params), or several"
-        )
+    checks.require_kind("task", task, Sequence, "a name, (env, params), or several")
     return {one.name: one.make() for one in map(task_by_name, task)}
 
 

@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any, ClassVar, Generic, NamedTuple, Self, TypeVar
 
 from stickslip.agents import untrusted
-from stickslip.dynamics.checks import require_known, require_memory, retold, shown
+from stickslip.dynamics.checks import require_known, require_memory, require_that, retold, shown
 from stickslip.envs.tasks.definition import TASKS, task_by_name
 
 T = TypeVar("T")
@@ -101,11 +101,8 @@ class Configuration:
             refuse_fixed(changed, self.task)
         self._check_together()
         samples = self.num_envs * self.rollout_steps
-        if self.batch_size > samples or samples % self.batch_size:
-            raise ValueError(
-                f"batch_size = {self.batch_size} is not accepted; accepted: a divisor of "
-                f"num_envs x rollout_steps = {samples}"
-            )
+        accepted = f"a divisor of num_envs x rollout_steps = {samples}"
+        require_that(samples % self.batch_size == 0, "batch_size", self.batch_size, accepted)
 
     @classmethod
     def own_machine(cls, path: str | None, changes: Mapping[str, str]) -> dict[str, str]:

@@ -126,11 +126,9 @@ class BipedParams:
         robot made in float32 keeps its 7 digits in a float64 walk. ValueError: see `validate`.
         """
         numbers = {name: one for name, one in locals().items() if name not in NO_NUMBERS}
-        checks.require_kind("hip_centre", hip_centre, (tuple, list), "a pair of finite numbers")
-        if len(hip_centre) != 2 or any(isinstance(part, list | tuple) for part in hip_centre):
-            raise ValueError(
-                f"hip_centre = {checks.shown(hip_centre)}; accepted: a pair of finite numbers"
-            )
+        pair = isinstance(hip_centre, list | tuple) and len(hip_centre) == 2
+        pair = pair and not any(isinstance(part, list | tuple) for part in hip_centre)
+        checks.require_that(pair, "hip_centre", hip_centre, "a pair of finite numbers")
         numbers |= dict(zip(HIP_CENTRE, hip_centre, strict=True))
         kind = _checked(numbers, dtype)
         xp = np if checks.is_concrete(numbers) else jnp

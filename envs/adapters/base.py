@@ -122,5 +122,4 @@ class Compiled(Generic[State, Params]):
 def require_autoreset(env: FunctionalEnv, wanted: str, why: str) -> None:
     """ValueError for an environment that resets in another way than the library expects."""
     checks.require_kind("env", env, FunctionalEnv, "a BipedEnv or UGVEnv")
-    if env.autoreset != wanted:
-        raise ValueError(f"autoreset = {env.autoreset!r}; accepted: {wanted!r}, {why}")
+    checks.require_that(env.autoreset == wanted, "autoreset", env.autoreset, f"{wanted!r}, {why}")

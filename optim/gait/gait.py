@@ -20,7 +20,7 @@ import numpy as np
 from numpy.polynomial.chebyshev import chebval, chebvander
 from scipy.integrate import quad_vec
 
-from stickslip.dynamics.checks import require_choice, require_known, shown
+from stickslip.dynamics.checks import require_choice, require_kind, require_known, require_that
 from stickslip.dynamics.pytrees import Number, read_only, settle
 from stickslip.optim.gait import OBJECTIVES
 from stickslip.optim.gait.profile import Grid, Profile, Profiles
@@ -84,11 +84,8 @@ def goal_of(
         plain = {} if objective == FRICTION else {objective: 1.0}
         weights = _weights(plain, copper_loss, efficiency)
         return Goal(objective, UNITS[objective], weights)
-    if not isinstance(objective, Mapping):
-        raise ValueError(
-            f"objective = {shown(objective)}; accepted: {', '.join(OBJECTIVES)}, or a mapping of "
-            "names to weights"
-        )
+    accepted = f"{', '.join(OBJECTIVES)}, or a mapping of names to weights"
+    require_kind("objective", objective, Mapping, accepted)
     if FRICTION in objective:
         raise ValueError(
             "objective has 'friction' in a sum, of which the best is no convex program; accepted: "
@@ -99,8 +96,7 @@ def goal_of(
         require_scalar(f"weight of {name}", weight, low=0.0, accepted="a finite number >= 0")
     given = {name: float(weight) for name, weight in objective.items() if weight > 0}
     weights = _weights(given, copper_loss, efficiency)
-    if not weights:
-        raise ValueError(f"objective = {shown(objective)}; accepted: a weight above 0")
+    require_that(weights, "objective", objective, "a weight above 0")
     words = " + ".join(f"{weight:g} {name}" for name, weight in given.items())
     return Goal(words, "weighted", weights)
 

@@ -16,7 +16,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from stickslip.dynamics.biped.inertia import GroundMoment, ReducedInertia
-from stickslip.dynamics.checks import require_integer, require_kind, shown
+from stickslip.dynamics.checks import require_integer, require_kind, require_that, shown
 from stickslip.dynamics.pytrees import float64_program, read_only
 from stickslip.dynamics.status import Status
 from stickslip.optim.gait.gait import TIME, TORQUE, WORK
@@ -197,8 +197,7 @@ def _check(problem: GaitProblem, mu_kinetic: float, reserve: float | None, cells
     if reserve is not None:
         require_scalar("reserve", reserve, low=0.0, high=0.9, accepted="None, or 0 to 0.9")
     require_integer("cells", cells, low=8, high=400)
-    if cells % 2:
-        raise ValueError(f"cells = {cells}; accepted: an even number")
+    require_that(cells % 2 == 0, "cells", cells, "an even number")
 
 
 class _Search:

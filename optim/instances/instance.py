@@ -190,10 +190,8 @@ def instance(name: str, seed: int | None = None) -> Instance:
     """
     checks.require_kind("id", name, str, "an id of `suite()`")
     if found := SEEDED.fullmatch(name):
-        if seed is not None:
-            raise ValueError(
-                f"id = {checks.shown(name)} with seed = {checks.shown(seed)}; accepted: one of them"
-            )
+        given = f"id = {checks.shown(name)} with seed"
+        checks.require_that(seed is None, given, seed, "one of them")
         name, seed = found[1], int(found[2])
     if name not in _all():
         near = checks.nearest(name, _all())

@@ -169,10 +169,8 @@ def _pair(name: str, angles: Any, params: UGVParams) -> np.ndarray:
     low, high = float(params.leg_angle_min), float(params.leg_angle_max)
     accepted = f"2 angles, rear and front, from {low:.6g} to {high:.6g} rad"
     array = as_floats(name, angles, accepted)
-    if array.shape != (2,) or np.any((array < low - 1e-9) | (array > high + 1e-9)):
-        raise ValueError(
-            f"{name} = {checks.shown(array.tolist())} is not accepted; accepted: {accepted}"
-        )
+    good = array.shape == (2,) and np.all((low - 1e-9 <= array) & (array <= high + 1e-9))
+    checks.require_that(good, name, array.tolist(), accepted)
     return read_only(np.clip(array, low, high))
 
 
@@ -254,8 +252,7 @@ def grid_angles(
         return rear, front
     accepted = "None, or an integer >= 2, or one for each leg"
     both = angles if isinstance(angles, tuple | list) else (angles, angles)
-    if len(both) != 2:
-        raise ValueError(f"angles = {checks.shown(angles)}; accepted: {accepted}")
+    checks.require_that(len(both) == 2, "angles", angles, accepted)
     R, F = (checks.require_integer("angles", of, low=2, accepted=accepted) for of in both)
     require_grid(problem, R, F, chunk)
     low, high = float(problem.params.leg_angle_min), float(problem.params.leg_angle_max)

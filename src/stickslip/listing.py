@@ -52,8 +52,8 @@ def policies_command(flags: Mapping[str, Any]) -> Content:
 
 
 def in_words(facts: Mapping[str, Any], depth: int = 0) -> str:
-    """Names and values, a line each, nested ones further in; without the returns of episodes, and
-    without what cannot be printed."""
+    """Names and values, a line each, nested ones further in; no returns of episodes, nothing that
+    cannot be printed."""
     lines, margin = [], "  " * depth
     for name, value in facts.items():
         if isinstance(value, Mapping):
@@ -94,8 +94,7 @@ def _policy_row(one: Record) -> list[str]:
 
 
 def _facts_of(name: str) -> Mapping[str, object]:
-    """All about a policy of the package; of another one, what its file says, but for the numbers of
-    its task."""
+    """All about a policy of the package; what another's file says, but its task's numbers."""
     if shipped_path(name) is None:
         metadata, path = read_metadata(name), policy_path(name)
         own = {"name": name, "path": str(path), "bytes": path.stat().st_size}

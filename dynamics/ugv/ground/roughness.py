@@ -85,10 +85,8 @@ def rough_waves(key: Array, roughness: Numeric, waves: int = WAVES) -> Waves:
     checks.require_number("roughness", roughness, low=0.0, accepted="a finite number >= 0 [m^3]")
     variance = REFERENCE_FREQUENCY**2 * (1 / edges[:-1] - 1 / edges[1:])
     amplitudes, frequencies = np.sqrt(2 * variance), np.sqrt(edges[:-1] * edges[1:])
-    if not is_key(key) and (getattr(key, "dtype", None) != np.uint32 or np.shape(key) != (2,)):
-        raise ValueError(
-            f"key = {checks.shown(key)}; accepted: a JAX key, or for Track.rough a seed"
-        )
+    known = is_key(key) or (getattr(key, "dtype", None) == np.uint32 and np.shape(key) == (2,))
+    checks.require_that(known, "key", key, "a JAX key, or for Track.rough a seed")
     phases = jax.random.uniform(key, (waves,), jnp.float32, 0.0, 2 * np.pi)
     if checks.is_concrete(roughness, phases):
         level = np.asarray(roughness, np.float64)[..., None]

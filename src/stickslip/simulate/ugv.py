@@ -124,8 +124,7 @@ def read_posture(text: str) -> tuple[Float[np.ndarray, "K"], Float[np.ndarray, "
     path = path / ugv.STATIONS if path.is_dir() else path
     require_suffix(path, (".csv",))
     if not path.exists():
-        accepted = f"{OF_OPTIMISE}a .csv with such columns"
-        raise ValueError(f"posture {text!r}: no file {path}; accepted: {accepted}")
+        raise ValueError(f"posture {text!r}: no file {path}; accepted: {OF_OPTIMISE}such a .csv")
     found = read_columns(path, COLUMNS, also=OF_OPTIMISE)
     if len(found) < 2:
         raise ValueError(f"{path}: one row; accepted: 2 or more")
