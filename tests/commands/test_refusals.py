@@ -40,7 +40,6 @@ REFUSED = {
     "simulate biped --rate fast": "rate 'fast'; accepted: a number [rad/s], or a .csv",
     "simulate ugv --angles 60 90 --posture a.csv": "one of --posture FILE and --angles",
     "simulate ugv --angles 60 200": "each from 30 to 150 degrees",
-    "simulate ugv --posture nowhere.csv": "no file nowhere.csv; accepted: stations.csv of `stick",
     "simulate ugv --posture .": "posture '.': no file stations.csv; accepted: stations.csv of",
     "simulate ugv --posture a.csv --set start=1": "start with --posture",
     "view computed-torque crank-speed-pi --out a.gif": "a.gif of 2 episodes; accepted: several in",

@@ -161,9 +161,7 @@ def test_the_command_plays_ranks_and_writes_and_tells_a_false_score(capsys):
     assert "optimality gap" in Path("out/ranking.md").read_text()
     back = read_results(Path("out/liar.json")).results[0]
     assert (back.steps, back.score.value) == (7, pytest.approx(0.0, abs=1e-4))
-    write_results(Method("lost", (result(BUMP, 0.9, policy="optimal-gait"),)), Path("lost.json"))
     for arguments, why in {
-        (*asked[:3], "lost.json"): "baseline of the biped",
         tuple(asked): "exists",
         (*asked, "--episodes", "3"): "--episodes",
         (*asked[:3], "mine", "mine/../mine"): "two methods",

@@ -7,6 +7,7 @@ from stickslip.agents.optimisers.methods import methods_of
 from stickslip.agents.optimisers.report import gap
 from stickslip.agents.optimisers.worker import EventRecord, Task, run_task
 from stickslip.optim import instance, suite
+from tests.agents.optimisers import users
 from tests.agents.optimisers.table import BEST, NAME
 
 
@@ -31,12 +32,7 @@ def test_events_are_steps_of_the_gap_and_the_end_has_the_best():
 
 
 def test_time_is_the_processor_s_and_ends_a_run():
-    def idles(objective, seed):
-        rng = np.random.default_rng(0)
-        while True:
-            objective(objective.from_unit(rng.random(objective.n)))
-
-    (method,) = methods_of({"idles": idles})
+    (method,) = methods_of({"searches": users.searches})
     run = run_task(Task(NAME, method, 0, None, 0.05))
     assert run.outcome == "spent"
     assert 0.05 < run.seconds[-1] < 1
