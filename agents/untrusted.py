@@ -61,7 +61,7 @@ def refusing(what: str) -> Iterator[None]:
 @contextmanager
 def reading(path: str | Path, accepted: str, what: str = "it") -> Iterator[None]:
     """Inside, every failure is a ValueError that names the file and says what is accepted."""
-    with checks.retold(f"{path}: ", f"; accepted: {accepted}"), refusing(what):
+    with checks.reraise(f"{path}: ", f"; accepted: {accepted}"), refusing(what):
         yield
 
 
@@ -211,7 +211,7 @@ def require_entries(
 ) -> dict[str, Any]:
     """The entries of the rules' names, each as its rule has it, None for an optional one that is
     not there. RefusedError for one that lacks, and for others; also: accepted, for the caller."""
-    with checks.retold("", kind=RefusedError):
+    with checks.reraise("", kind=RefusedError):
         checks.require_known(content, [*rules, also] if also else rules)
         if missing := [k for k, rule in rules.items() if not (rule.optional or k in content)]:
             raise RefusedError(f"it lacks {', '.join(missing)}")

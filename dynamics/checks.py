@@ -40,7 +40,7 @@ def shown(value: object) -> str:
 
 
 @contextmanager
-def retold(before: str, after: str = "", kind: type[ValueError] = ValueError) -> Iterator[None]:
+def reraise(before: str, after: str = "", kind: type[ValueError] = ValueError) -> Iterator[None]:
     """Inside, a ValueError is one of that kind, with words before and behind its message."""
     try:
         yield

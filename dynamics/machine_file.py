@@ -17,7 +17,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from stickslip.dynamics.checks import require_known, require_that, retold, shown
+from stickslip.dynamics.checks import require_known, require_that, reraise, shown
 
 MOST_BYTES = 1_000_000
 """Of a file."""
@@ -131,7 +131,7 @@ def _flat(table: Mapping[str, Any], before: str = "") -> dict[str, Any]:
 @contextmanager
 def in_file(path: str | Path | None) -> Iterator[None]:
     """Put the file's name before the message of a ValueError."""
-    with retold("" if path is None or _is_text(path) else f"{path}: "):
+    with reraise("" if path is None or _is_text(path) else f"{path}: "):
         yield
 
 

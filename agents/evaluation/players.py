@@ -12,7 +12,7 @@ from stickslip.agents.policy.shipped import shipped_names
 from stickslip.agents.policy.task import same_numbers
 from stickslip.agents.protocol import Options, Player, Task
 from stickslip.agents.untrusted import Json
-from stickslip.dynamics.checks import nearest, require_choice, retold
+from stickslip.dynamics.checks import nearest, require_choice, reraise
 from stickslip.envs.functional import AnyEnv, Timed
 from stickslip.envs.tasks.definition import task_by_name
 
@@ -35,7 +35,7 @@ class Named:
 
     def own_task(self) -> tuple[Task[Any, Any], str]:
         """The task in a policy's file, and where it is from."""
-        with retold(f"{policy_path(self.name)}: "):
+        with reraise(f"{policy_path(self.name)}: "):
             named = named_task_of(self.metadata)
             found = self.metadata if named is None else self.machine.describe(*named.make())
             task = self.machine.read_task(found)

@@ -18,7 +18,7 @@ from stickslip.agents.machine import machine_by_name, machine_of_baseline
 from stickslip.agents.policy.file import named_task_of, policy_path
 from stickslip.agents.policy.shipped import shipped_path
 from stickslip.agents.training import directory as runs
-from stickslip.dynamics.checks import require_that, retold, shown
+from stickslip.dynamics.checks import require_that, reraise, shown
 from stickslip.envs.tasks.definition import TASKS, task_by_name
 from stickslip.envs.tasks.known import UNKNOWN, Interval, episodes_digest, measured
 from stickslip.records.files import write_whole
@@ -199,7 +199,7 @@ def _result(row: untrusted.Json, folder: Path) -> Result:
         path = folder / policy
         policy = None if numbers and not path.exists() else str(path)  # nothing to play
     if policy is not None:
-        with retold(f"its policy on {task}: ", kind=untrusted.RefusedError):
+        with reraise(f"its policy on {task}: ", kind=untrusted.RefusedError):
             read_named([policy], machine_by_name(TASKS[task].machine))
     elif (bound := measured(task).bound) is not None:
         mean = float(np.mean(numbers))

@@ -12,7 +12,7 @@ import numpy as np
 
 from stickslip.agents.sweeps.cells import CELL_FILE, cell_files
 from stickslip.agents.untrusted import RefusedError, reading
-from stickslip.dynamics.checks import retold
+from stickslip.dynamics.checks import reraise
 from stickslip.envs.rendering.sheet import WIDTH, make_sheet, name_panel, save_sheet, styled
 from stickslip.optim.instances.instance import FAMILIES, SEEDED, Instance, instance
 from stickslip.records.table import Column, Table
@@ -111,7 +111,7 @@ def _read(file: Path, filters: Any = None) -> list[Run]:
 def _run_of(row: dict[str, Any]) -> Run:
     lists = {name: np.array(row[name], of) for name, of in ARRAYS.items() if row[name] is not None}
     run = Run(**{**row, **lists})
-    with retold("", kind=RefusedError):
+    with reraise("", kind=RefusedError):
         known = instance(run.instance).known
     if known and not known.digest.startswith(run.digest[:DIGITS]):
         raise RefusedError(f"digest {run.digest} is not that of {run.instance} here")

@@ -19,7 +19,7 @@ from stickslip.agents.policy.network import MLPPolicy
 from stickslip.agents.policy.shipped import NAME, no_policy, shipped_names, shipped_path
 from stickslip.agents.protocol import Params, State
 from stickslip.agents.training.configuration import command_of
-from stickslip.dynamics.checks import nearest, require_kind, require_number, retold, shown
+from stickslip.dynamics.checks import nearest, require_kind, require_number, reraise, shown
 from stickslip.dynamics.pytrees import with_all_digits
 from stickslip.envs.functional import FunctionalEnv
 from stickslip.envs.tasks.definition import TASKS, WITHDRAWN, TaskDefinition, withdrawal
@@ -57,7 +57,7 @@ def save_policy(
     """
     require_kind("policy", policy, MLPPolicy, "an MLPPolicy; a baseline is known by its name")
     policy.validate()
-    with retold("", "; accepted: describe_environment of its own"):
+    with reraise("", "; accepted: describe_environment of its own"):
         _require_described(policy, metadata or {})
     own = {
         "format": FORMAT,
@@ -73,7 +73,7 @@ def save_policy(
     file = io.BytesIO()
     np.savez_compressed(file, allow_pickle=False, **{n: np.asarray(a) for n, a in arrays.items()})
     raw = file.getvalue()
-    with retold("the policy could not be read again: ", f"; {SAVED}"):
+    with reraise("the policy could not be read again: ", f"; {SAVED}"):
         _policy(*_contents(raw))
     return write_whole(path, raw, overwrite=overwrite)
 
@@ -197,7 +197,7 @@ def _policy(arrays: dict[str, np.ndarray], metadata: Mapping[str, Any]) -> MLPPo
     for name, values in arrays.items():
         if values.dtype not in (np.float32, np.float64):
             raise untrusted.RefusedError(f"{name} is {values.dtype}, not float32 or float64")
-    with retold("", kind=untrusted.RefusedError):
+    with reraise("", kind=untrusted.RefusedError):
         for name, values in arrays.items():
             require_number(name, values, dtype=np.float32, accepted="finite in float32")
         numbers = {name: with_all_digits(values) for name, values in arrays.items()}

@@ -12,7 +12,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from stickslip.dynamics.checks import nearest, require_kind, require_number, retold, shown
+from stickslip.dynamics.checks import nearest, require_kind, require_number, reraise, shown
 from stickslip.dynamics.pytrees import Number, float_type
 
 if TYPE_CHECKING:
@@ -177,7 +177,7 @@ def axes_of(given: Mapping[str, AxisLike]) -> dict[str, tuple[float, ...]]:
     require_kind("axes", given, Mapping, 'a dict of axes by name, {"mu": "0.02:0.3:64"} or such')
     found = {}
     for name, values in given.items():
-        with retold(f"axis {name}: "):
+        with reraise(f"axis {name}: "):
             found[str(name)] = axis_values(values)
     return found
 

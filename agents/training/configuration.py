@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any, ClassVar, Generic, NamedTuple, Self, TypeVar
 
 from stickslip.agents import untrusted
-from stickslip.dynamics.checks import require_known, require_memory, require_that, retold, shown
+from stickslip.dynamics.checks import require_known, require_memory, require_that, reraise, shown
 from stickslip.envs.tasks.definition import TASKS, task_by_name
 
 T = TypeVar("T")
@@ -271,7 +271,7 @@ def read_settings(path: str | Path, kind: type[Configuration]) -> Mapping[str, o
 
     ValueError, naming the file, for anything else and for another machine's.
     """
-    with retold(f"{path}: ", "; accepted: a TOML file of settings, or a run's config.json"):
+    with reraise(f"{path}: ", "; accepted: a TOML file of settings, or a run's config.json"):
         text = untrusted.read_text(path)
         if Path(path).suffix.lower() == ".json":
             return changes(kind.from_json(text))

@@ -24,7 +24,7 @@ from stickslip.agents.machine import read_configuration
 from stickslip.agents.policy.file import read_policy
 from stickslip.agents.training.configuration import Configuration, digest_of
 from stickslip.agents.training.trainer import ModelState
-from stickslip.dynamics.checks import memory_limit, retold, shown
+from stickslip.dynamics.checks import memory_limit, reraise, shown
 from stickslip.records import files
 from stickslip.records.table import cell_text, csv_line
 
@@ -90,7 +90,7 @@ def open_run(path: Path, config: Configuration | None, *, resume: bool = False) 
 def read_config(path: Path) -> Configuration:
     """The configuration of the run in a directory. ValueError if there is none."""
     accepted = "the directory of a run that was begun"
-    with retold(f"{path} holds no training run ({CONFIG}: ", f"); accepted: {accepted}"):
+    with reraise(f"{path} holds no training run ({CONFIG}: ", f"); accepted: {accepted}"):
         text = untrusted.read_text(path / CONFIG)
     with untrusted.reading(path / CONFIG, "as training wrote it"):
         return read_configuration(text)

@@ -28,7 +28,7 @@ from stickslip.agents.protocol import Options, Player
 from stickslip.agents.training import directory as runs
 from stickslip.agents.training.configuration import Config, Configuration, Trained, settings_given
 from stickslip.agents.training.trainer import Trainer, Update
-from stickslip.dynamics.checks import require_kind, retold
+from stickslip.dynamics.checks import require_kind, reraise
 from stickslip.dynamics.lazily import require
 from stickslip.envs.functional import AnyEnv
 from stickslip.envs.tasks.definition import task_by_name
@@ -106,7 +106,7 @@ class _Training:
         self.trainer = trainer_of(run.config)(*given)
         if run.latest is not None:
             state = runs.read_model(run.latest)
-            with retold(f"{run.latest}: ", "; accepted: this run's own"):
+            with reraise(f"{run.latest}: ", "; accepted: this run's own"):
                 self.trainer.put_state(state)
         self.trainer.timesteps = at
         self.seconds, self.since = run.state.seconds, 0.0

@@ -18,7 +18,7 @@ from scipy.interpolate import make_smoothing_spline
 from scipy.ndimage import grey_dilation, grey_erosion
 from scipy.optimize import brentq
 
-from stickslip.dynamics.checks import require_known, require_memory, retold, shown
+from stickslip.dynamics.checks import require_known, require_memory, reraise, shown
 from stickslip.dynamics.ugv.ground.surface import Surface
 from stickslip.dynamics.ugv.track import Track
 from stickslip.optim.columns import ColumnSpec, is_number, read_columns, read_text, shown_path
@@ -113,7 +113,7 @@ def read_survey(path: str | Path, interpolation: str = "cubic", **treatments: An
     require_memory(name, "points", len(y), BYTES_A_POINT)
     raw = np.stack([_along(places), y], axis=1)
     changes: dict[str, float] = {"points": len(y)}
-    with retold(f"{name}: "):
+    with reraise(f"{name}: "):
         places, y = _sorted_out(places, y, given, changes)
         used = _reshaped(places, y, given, changes)
         track = Track.from_points(used[:, 0], used[:, 1], interpolation)
