@@ -194,7 +194,7 @@ class Machine(ABC, Generic[Env, Params, Config]):
     # Pictures.
 
     def as_episode(
-        self, played: Rollout, env: Env, params: Params, name: str, scale: Scale | None = None
+        self, rollout: Rollout, env: Env, params: Params, name: str, scale: Scale | None = None
     ) -> Episode:
         """An episode for plots and pages; name: of the player, scale: of a named task's scores.
 
@@ -202,7 +202,7 @@ class Machine(ABC, Generic[Env, Params, Config]):
         """
         from stickslip.agents.pictures.episodes import standard_episode
 
-        return standard_episode(played, env, params, name, scale)
+        return standard_episode(rollout, env, params, name, scale)
 
     def params_to_view(self, params: Params, seconds: float) -> Params:
         """The parameters of an episode of which so much is shown [s]."""

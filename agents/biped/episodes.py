@@ -52,7 +52,7 @@ def walk_panels(
 
 
 def as_episode(
-    played: Rollout[BipedEnvState],
+    rollout: Rollout[BipedEnvState],
     env: BipedEnv,
     params: BipedEnvParams,
     name: str,
@@ -60,17 +60,17 @@ def as_episode(
 ) -> Episode:
     """One episode (not a batch). Forces and power are those at the end of each control step; a step
     in which the foot moved at all counts as slipping. Events are located to the step."""
-    played = played.trimmed()
-    states, infos = episodes.samples(played)
+    rollout = rollout.trimmed()
+    states, infos = episodes.samples(rollout)
     frames = biped_frames(states, infos, params)
-    robot = drawn_robot(played.start_state.drawn, params)
+    robot = drawn_robot(rollout.start_state.drawn, params)
     commanded = np.asarray(states.drawn.mean_rate, float)
     moments = jax.vmap(lambda phase: robot.inertia.at(phase).P)(states.biped.phase)
     momentum = np.asarray(moments * states.biped.crank_rate, float)  # without a slide's
     cruise = float(robot.total_mass * robot.step_length) * commanded / np.pi
     panels = walk_panels(frames, momentum, float(params.torque_limit), commanded, cruise)
-    terms = {one: episodes.from_start(played.info[f"reward_{one}"]) for one in TERMS}
-    last = played.info
+    terms = {one: episodes.from_start(rollout.info[f"reward_{one}"]) for one in TERMS}
+    last = rollout.info
     whole = [
         ("return", float(last["episode_return"][-1]), "-"),
         ("walked", float(last["episode_walked"][-1]), "m"),
@@ -81,9 +81,9 @@ def as_episode(
         **vars(biped_picture(frames, robot.params)),
         name=name,
         period=float(params.control_period),
-        panels=(*panels, *episodes.reward_panels(played, terms, "-", scale)),
+        panels=(*panels, *episodes.reward_panels(rollout, terms, "-", scale)),
         events=_events(frames),
-        facts=episodes.facts([*whole, *_drawn(played.start_state.drawn, params)]),
+        facts=episodes.facts([*whole, *_drawn(rollout.start_state.drawn, params)]),
     )
 
 

@@ -93,12 +93,12 @@ COLUMNS: Columns[Episodes] = {
 }
 
 
-def keep_of(played: Rollout[BipedEnvState], params: BipedEnvParams) -> Episodes:
+def keep_of(rollout: Rollout[BipedEnvState], params: BipedEnvParams) -> Episodes:
     """Kept data of an episode."""
-    last = jax.tree.map(lambda leaf: leaf[-1], played.state)
+    last = jax.tree.map(lambda leaf: leaf[-1], rollout.state)
     robot = drawn_robot(last.drawn, params)
     duration = last.elapsed * jnp.asarray(params.control_period, last.totals.reward.dtype)
-    weight, status = robot.total_mass * robot.gravity, played.info["status"][-1]
+    weight, status = robot.total_mass * robot.gravity, rollout.info["status"][-1]
     return Episodes(**last.totals._asdict(), duration=duration, weight=weight, status=status)
 
 

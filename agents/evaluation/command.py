@@ -16,7 +16,7 @@ from stickslip.records.files import require_folder, require_new, require_writabl
 from stickslip.records.table import Content
 
 Who: TypeAlias = Mapping[str, players.Named]
-Played: TypeAlias = tuple[Evaluation, dict[str, str]]
+Evaluated: TypeAlias = tuple[Evaluation, dict[str, str]]
 
 ALL = "all"
 """The --task that ranks methods over all tasks."""
@@ -56,7 +56,7 @@ def _running(line: str) -> None:
     say_stage(f"running {line}")
 
 
-def _on_task(task: str, named: Who, given: Options, written: Sequence[Path]) -> Played:
+def _on_task(task: str, named: Who, given: Options, written: Sequence[Path]) -> Evaluated:
     """All on a named task."""
     task = task_by_name(task).name
     players.require_unchanged(task, players.given_flags(given))
@@ -69,7 +69,7 @@ def _on_task(task: str, named: Who, given: Options, written: Sequence[Path]) -> 
     return table, {table.rows[0].scene: about}
 
 
-def _on_places(named: Who, given: Options, written: Sequence[Path]) -> Played:
+def _on_places(named: Who, given: Options, written: Sequence[Path]) -> Evaluated:
     """Each on its own task, as flags change it; those of one environment in one program."""
     places = players.places_of(named, given)
     require_writable(written)

@@ -86,9 +86,9 @@ def scored(
     """
 
     def within(statistic: Callable[..., Interval]) -> Callable[[Any], Interval]:
-        def found(played: Any) -> Interval:
-            cost = None if measures.cost is None else measures.cost[1](played).value
-            return statistic(played.reward, seeds) if known.keeps(cost) else Interval(UNKNOWN)
+        def found(kept: Any) -> Interval:
+            cost = None if measures.cost is None else measures.cost[1](kept).value
+            return statistic(kept.reward, seeds) if known.keeps(cost) else Interval(UNKNOWN)
 
         return found
 
@@ -120,9 +120,9 @@ def _evaluated(
         used = seeds if rollout.is_random(env, params) else seeds[:1]
         for name, controller in named.items():
             say(f"{name} on {scene}")
-            played = rollout.play(env, controller, params, used, measures.keep)
-            metrics = {name: metric(played) for name, (_, metric) in measures.columns.items()}
-            rows.append(Row(scene, name, metrics, played))
+            kept = rollout.play(env, controller, params, used, measures.keep)
+            metrics = {name: metric(kept) for name, (_, metric) in measures.columns.items()}
+            rows.append(Row(scene, name, metrics, kept))
     return Evaluation(tuple(rows), seeds, measures.columns)
 
 

@@ -218,13 +218,13 @@ def _is_name(policy: str) -> bool:
 
 def replay(methods: Sequence[Method], say: Callable[[str], None]) -> list[Method]:
     """Play every policy at hand on its task's test episodes; say: called with a line before."""
-    played: dict[Result, Result] = {}
+    replayed: dict[Result, Result] = {}
     for task in TASKS:
         found = [one for each in methods for one in each.results if one.task == task and one.policy]
         if found:
-            played |= _replayed(task, list(dict.fromkeys(found)), say)
+            replayed |= _replayed(task, list(dict.fromkeys(found)), say)
     return [
-        replace(method, results=tuple(played.get(one, one) for one in method.results))
+        replace(method, results=tuple(replayed.get(one, one) for one in method.results))
         for method in methods
     ]
 
@@ -251,10 +251,10 @@ def differences(before: Sequence[Method], after: Sequence[Method]) -> Iterator[s
     """A line for each score that a replay changed by more than DIFFERENCE."""
     for old, new in zip(before, after, strict=True):
         for one, other in zip(old.results, new.results, strict=True):
-            told, earned = (each.score.value if one.returns else 0.0 for each in (one, other))
-            if not np.isclose(told, earned, 0.0, DIFFERENCE, equal_nan=True):
+            claimed, earned = (each.score.value if one.returns else 0.0 for each in (one, other))
+            if not np.isclose(claimed, earned, 0.0, DIFFERENCE, equal_nan=True):
                 yield (
-                    f"{old.name}: {one.policy} on {one.task} scores {told:z.3f} by its file and "
+                    f"{old.name}: {one.policy} on {one.task} scores {claimed:z.3f} by its file and "
                     f"{earned:z.3f} in the replay, which counts"
                 )
 

@@ -178,9 +178,9 @@ def joined(parts: Sequence[Evaluation], order: Sequence[str]) -> Evaluation:
     return replace(parts[0], rows=tuple(rows))
 
 
-def row_of_test(columns: Columns[Kept], played: Kept) -> dict[str, float]:
-    """The metrics of episodes played, and <name>_low, <name>_high of those in INTERVALS."""
-    found = {name: metric(played) for name, (_, metric) in columns.items()}
+def row_of_test(columns: Columns[Kept], kept: Kept) -> dict[str, float]:
+    """The metrics of episodes kept, and <name>_low, <name>_high of those in INTERVALS."""
+    found = {name: metric(kept) for name, (_, metric) in columns.items()}
     row = {name: one.value for name, one in found.items()}
     for name in filter(found.get, INTERVALS):
         row |= {f"{name}_low": found[name].low, f"{name}_high": found[name].high}
@@ -247,17 +247,17 @@ class StandardEpisodes(NamedTuple):
         return np.asarray(self.terminated)
 
 
-def keep_of(played: Rollout[object], params: Timed) -> StandardEpisodes:
+def keep_of(rollout: Rollout[object], params: Timed) -> StandardEpisodes:
     """Kept data of an episode."""
-    real = jnp.arange(len(played.reward)) < played.length
-    earned, lasted = jnp.where(real, played.reward, 0.0), played.length * params.control_period
-    return StandardEpisodes(jnp.sum(earned), lasted, played.terminated[-1])
+    real = jnp.arange(len(rollout.reward)) < rollout.length
+    earned, lasted = jnp.where(real, rollout.reward, 0.0), rollout.length * params.control_period
+    return StandardEpisodes(jnp.sum(earned), lasted, rollout.terminated[-1])
 
 
 FAILURES = Column("failures", "%", 0, percent=True), lambda e: fraction_interval(e.fell)
 COLUMNS: Columns[StandardEpisodes] = {
-    "return": (Column("return", "-", 2), lambda played: mean_interval(played.reward)),
-    "duration": (Column("length", "s", 1), lambda played: mean_interval(played.duration)),
+    "return": (Column("return", "-", 2), lambda kept: mean_interval(kept.reward)),
+    "duration": (Column("length", "s", 1), lambda kept: mean_interval(kept.duration)),
     "failures": FAILURES,
 }
 MEASURES = Measures(keep_of, COLUMNS, {"reward": "-", "duration": "s"})

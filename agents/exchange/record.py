@@ -112,9 +112,9 @@ def record(
     checks.require_kind("regret", regret, bool, "True or False")
     path = new_dataset(dataset)
     env, params = defined.make()
-    told = [] if infos is None else [infos]
+    further = [] if infos is None else [infos]
     if regret:
-        told.append(machine_by_name(defined.machine).regrets(env, params))
+        further.append(machine_by_name(defined.machine).regrets(env, params))
     what = f"{len(pairs)} times {episodes} episodes"
     size = len(pairs) * episodes, horizon(params) * rollout.STEP_BYTES
     checks.require_memory(what, f"episodes of {horizon(params)} steps", *size)
@@ -123,8 +123,8 @@ def record(
         say_stage(f"recording {name}, noise {share:g}")
         seeds = range(seed + len(buffers), seed + len(buffers) + episodes)
         who = rollout.validated(f"controllers[{name!r}]", controllers[name])
-        played = _played(rollout.without_resets(env), who, params, seeds, share)
-        buffers += [_buffer(one, its, told) for one, its in zip(played, seeds, strict=True)]
+        rollouts = _rollouts(rollout.without_resets(env), who, params, seeds, share)
+        buffers += [_buffer(one, its, further) for one, its in zip(rollouts, seeds, strict=True)]
         rows.append((name, share, episodes, *_sums(buffers[-episodes:])))
     _make_namespace(dataset)
     with TemporaryDirectory(dir=path.parent, prefix=".") as folder:
@@ -134,16 +134,16 @@ def record(
     return Table((Column("policy", words=True), *map(Column, units, units.values())), rows)
 
 
-def _played(
+def _rollouts(
     env: AnyEnv, controller: Player, params: Timed, seeds: Sequence[int], noise: float
 ) -> Iterator[rollout.Rollout]:
     """The seeds' episodes, trimmed."""
     given = *rollout.paths(env, controller, params, seeds), params
     keys = rollout.episode_keys(np.asarray(seeds, np.uint32))
-    played = _side_by_side(env, horizon(params), *given, keys, np.float32(noise))
-    played = jax.tree.map(np.asarray, played)
+    rollouts = _side_by_side(env, horizon(params), *given, keys, np.float32(noise))
+    rollouts = jax.tree.map(np.asarray, rollouts)
     for i in range(len(seeds)):
-        yield jax.tree.map(lambda leaf, i=i: leaf[i], played).trimmed()
+        yield jax.tree.map(lambda leaf, i=i: leaf[i], rollouts).trimmed()
 
 
 @partial(jax.jit, static_argnums=(0, 1, 2))
@@ -163,20 +163,20 @@ def _side_by_side(
     return jax.vmap(one, (axis, 0))(controller, keys)
 
 
-def _buffer(played: rollout.Rollout, seed: int, infos: Sequence[Infos]) -> Any:
+def _buffer(episode: rollout.Rollout, seed: int, infos: Sequence[Infos]) -> Any:
     """An episode in Minari's words."""
     from minari.data_collector import EpisodeBuffer
 
     more = {}
-    for told in infos:
-        more |= _checked(told(played, seed), 1 + int(played.length), {"cost", *more})
+    for entries in infos:
+        more |= _checked(entries(episode, seed), 1 + int(episode.length), {"cost", *more})
     made: dict[str, Any] = {
-        "observations": np.concatenate([played.start_obs[None], played.obs]),
-        "actions": played.action,
-        "rewards": played.reward,
-        "terminations": played.terminated,
-        "truncations": played.truncated,
-        "infos": {"cost": np.append(np.float32(0), played.info["cost"]), **more},
+        "observations": np.concatenate([episode.start_obs[None], episode.obs]),
+        "actions": episode.action,
+        "rewards": episode.reward,
+        "terminations": episode.terminated,
+        "truncations": episode.truncated,
+        "infos": {"cost": np.append(np.float32(0), episode.info["cost"]), **more},
     }
     return EpisodeBuffer(seed=seed, **made)
 

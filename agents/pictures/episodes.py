@@ -29,33 +29,33 @@ T = TypeVar("T")
 
 
 def standard_episode(
-    played: Rollout, env: AnyEnv, params: Timed, name: str, scale: Scale | None
+    rollout: Rollout, env: AnyEnv, params: Timed, name: str, scale: Scale | None
 ) -> Episode:
     """An episode of any machine without a drawing: actions, numbers of the info, reward."""
-    played = played.trimmed()
-    rows = {one: played.action[:, i] for i, one in enumerate(env.action_names)}
-    infos = {one: np.asarray(values) for one, values in played.info.items()}
+    rollout = rollout.trimmed()
+    rows = {one: rollout.action[:, i] for i, one in enumerate(env.action_names)}
+    infos = {one: np.asarray(values) for one, values in rollout.info.items()}
     rows |= {one: of for one, of in infos.items() if of.ndim == 1 and of.dtype.kind == "f"}
     panels = [panel(one.replace("_", " "), "-", from_start(values)) for one, values in rows.items()]
-    ended = "ended early" if bool(played.terminated[-1]) else ""
+    ended = "ended early" if bool(rollout.terminated[-1]) else ""
     return Episode(
         name=name,
         period=float(params.control_period),
-        panels=(*panels, *reward_panels(played, {}, "-", scale)),
-        events=(Event(int(played.length), "end", ended),) if ended else (),
+        panels=(*panels, *reward_panels(rollout, {}, "-", scale)),
+        events=(Event(int(rollout.length), "end", ended),) if ended else (),
         numbers=tuple((one.title, one.lines[0].values, 3) for one in panels[:5]),
         ended=ended,
-        facts=facts([("return", float(np.sum(played.reward, dtype=np.float64)), "-")]),
+        facts=facts([("return", float(np.sum(rollout.reward, dtype=np.float64)), "-")]),
     )
 
 
-def samples(played: Rollout[T]) -> tuple[T, dict[str, np.ndarray]]:
+def samples(rollout: Rollout[T]) -> tuple[T, dict[str, np.ndarray]]:
     """States of an episode with its start, leaves [n + 1], and the infos, zero at the start."""
-    played = played.trimmed()
-    both = played.start_state, played.state
+    rollout = rollout.trimmed()
+    both = rollout.start_state, rollout.state
     states = jax.tree.map(lambda one, on: np.concatenate([np.asarray(one)[None], on]), *both)
     infos = {
-        name: np.concatenate([np.zeros_like(rows[:1]), rows]) for name, rows in played.info.items()
+        name: np.concatenate([np.zeros_like(rows[:1]), rows]) for name, rows in rollout.info.items()
     }
     return states, infos
 
@@ -88,14 +88,14 @@ def beside(
 
 
 def reward_panels(
-    played: Rollout, terms: Mapping[str, np.ndarray], unit: str, scale: Scale | None
+    rollout: Rollout, terms: Mapping[str, np.ndarray], unit: str, scale: Scale | None
 ) -> tuple[Panel, ...]:
     """Reward terms, the return so far, and on a named task the score so far.
 
     terms: of each sample, [n + 1]; {} where the reward is one. The score so far is what the
     episode would score if nothing more came.
     """
-    rewards = np.asarray(played.trimmed().reward, float)
+    rewards = np.asarray(rollout.trimmed().reward, float)
     earned = np.concatenate([[0.0], np.cumsum(rewards)])
     lines = [Line(name, values) for name, values in terms.items()]
     if len(lines) != 1:
@@ -152,13 +152,13 @@ def film(
     key, steps: as for `rollout`. fps: pictures a second of the episode, which plays in real time,
     at most one a control step. progress: see stickslip.optim.progress.
     """
-    played = rollout(env, controller, params, key, steps)
-    return write_film(env, played, params, path, fps, progress=progress)
+    episode = rollout(env, controller, params, key, steps)
+    return write_film(env, episode, params, path, fps, progress=progress)
 
 
 def write_film(
     env: AnyEnv,
-    played: Rollout[Any],
+    rollout: Rollout[Any],
     params: Timed,
     path: str | Path,
     fps: float,
@@ -168,9 +168,9 @@ def write_film(
     """Write an animation of an episode, or of its first seconds; see `film`."""
     period = float(params.control_period)
     if seconds is not None:
-        steps = min(int(played.length), max(1, round(seconds / period)))
-        played = played._replace(length=steps)
-    draw, last = env.pictures(*samples(played), params), int(played.length)
+        steps = min(int(rollout.length), max(1, round(seconds / period)))
+        rollout = rollout._replace(length=steps)
+    draw, last = env.pictures(*samples(rollout), params), int(rollout.length)
     return write_pictures(draw, last, period, path, fps, progress)
 
 

@@ -30,13 +30,13 @@ def write_products(trained: Trained[Configuration]) -> list[Path]:
     machine = machine_by_name(config.machine)
     task = machine.training_task(config)
     shown = task.described
-    played = rollout(task.env, load_policy(trained.policy), shown, 0)
+    last = rollout(task.env, load_policy(trained.policy), shown, 0)
     title = f"The {TRAINED}" + ("" if config.task is None else f" on {config.task}")
-    episode, film = machine.as_episode(played, task.env, shown, TRAINED), directory / "episode.gif"
+    episode, film = machine.as_episode(last, task.env, shown, TRAINED), directory / "episode.gif"
     return [
         plot_learning(directory, config),
         plot_episode(episode, directory / "episode.png", title),
-        write_film(task.env, played, shown, film, machine.frames, machine.film_time),
+        write_film(task.env, last, shown, film, machine.frames, machine.film_time),
     ]
 
 

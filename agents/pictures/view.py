@@ -73,11 +73,11 @@ def show(
     rollout.require_places(env, {"params": params})
     named = {name: rollout.validated(f"players[{name!r}]", one) for name, one in named.items()}
     alone, label = rollout.without_resets(env), type(env).__name__
-    played = [_play(name, label, alone, one, params, seed) for name, one in named.items()]
-    return View(_page(machine_of_env(env), played, task))
+    replays = [_play(name, label, alone, one, params, seed) for name, one in named.items()]
+    return View(_page(machine_of_env(env), replays, task))
 
 
-class Played(NamedTuple):
+class Replay(NamedTuple):
     """A player's episode. label: of the place."""
 
     name: str
@@ -87,9 +87,9 @@ class Played(NamedTuple):
     episode: rollout.Rollout
 
 
-def _play(name: str, label: str, env: AnyEnv, player: Player, params: Timed, seed: int) -> Played:
+def _play(name: str, label: str, env: AnyEnv, player: Player, params: Timed, seed: int) -> Replay:
     found = rollout.rollout(env, rollout.planned(env, player, params, seed), params, seed)
-    return Played(name, label, env, params, found)
+    return Replay(name, label, env, params, found)
 
 
 def view_command(given: Options) -> None:
@@ -115,17 +115,17 @@ def view_command(given: Options) -> None:
             raise ValueError(f"{path} of {count} episodes; accepted: several in an .html")
     require_writable([path], given["overwrite"])
     lead = [place.line() for place in places] if task is None else [task_by_name(task).headline]
-    played = []
+    replays = []
     for place in places:
         params = machine.params_to_view(place.params, given["seconds"])
         for name, env in place.who.items():
             say_stage(f"playing {name}")
             given_by, player = Path(name).name, named[name].player(env, params)
-            played.append(_play(given_by, place.label, env, player, params, given["seed"]))
+            replays.append(_play(given_by, place.label, env, player, params, given["seed"]))
     if is_page:
-        View(_page(machine, played, task, lead)).save(path, overwrite=given["overwrite"])
+        View(_page(machine, replays, task, lead)).save(path, overwrite=given["overwrite"])
     else:
-        one = played[0]
+        one = replays[0]
         say_stage(f"drawing {path}")
         write_film(one.env, one.episode, one.params, path, machine.frames, given["seconds"], True)
     print("\n".join(lead))
@@ -146,12 +146,12 @@ def _file_name(who: str, place: str, task: str | None) -> str:
 
 
 def _page(
-    machine: Machine, played: Sequence[Played], task: str | None, lead: Sequence[str] = ()
+    machine: Machine, replays: Sequence[Replay], task: str | None, lead: Sequence[str] = ()
 ) -> Page:
     """The page of episodes with names of their own; of several places, each is a fact."""
-    names, labels = [one.name for one in played], {one.label for one in played}
+    names, labels = [one.name for one in replays], {one.label for one in replays}
     episodes = []
-    for one in played:
+    for one in replays:
         name = one.name if names.count(one.name) == 1 else f"{one.name} on {one.label}"
         episode = machine.as_episode(one.episode, one.env, one.params, name, scale_of(task))
         if len(labels) > 1:
@@ -159,5 +159,5 @@ def _page(
         episodes.append(episode)
     title = ", ".join(dict.fromkeys(names))
     if task is not None or len(labels) == 1:
-        title += f" on {task or played[0].label}"
+        title += f" on {task or replays[0].label}"
     return Page(title, "\n".join(lead), tuple(episodes))

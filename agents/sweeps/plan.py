@@ -338,7 +338,7 @@ class CellPlayer:
         def one(own: dict[int, PyTree], seed: PyTree) -> PyTree:
             every = [own.get(i, leaf) for i, leaf in enumerate(leaves)]
             mine, key = jax.tree.unflatten(structure, every), rollout.episode_key(seed)
-            played = rollout.rollout(case.env, player, mine, key, case.steps)
-            return self._measures.keep(played, mine)
+            episode = rollout.rollout(case.env, player, mine, key, case.steps)
+            return self._measures.keep(episode, mine)
 
         return jax.vmap(one)(here, seeds)

@@ -188,8 +188,8 @@ class _Training:
             self._say("compiling the evaluation ...")
         self.bar.note("evaluating")
         given = self.task.tested, self.config.evaluation_episodes, self.measures.keep
-        played = play_unseen(self.task.env, policy, *given)
-        row, self.evaluated = row_of_test(self.measures.columns, played), True
+        kept = play_unseen(self.task.env, policy, *given)
+        row, self.evaluated = row_of_test(self.measures.columns, kept), True
         self.evaluations.append(at, {"seconds": self.seconds} | row)
         line = f"score {row[SCORES[0]]:6.3f}  " if SCORES[0] in row else ""
         names = (name for name in dict.fromkeys((*self.machine.evaluated, COST)) if name in row)

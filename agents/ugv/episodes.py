@@ -46,9 +46,9 @@ class UGVEpisodes(NamedTuple):
         return np.asarray(self.status) != Status.OK
 
 
-def _whole(played: UGVEpisodes, of: str) -> table.Interval:
+def _whole(kept: UGVEpisodes, of: str) -> table.Interval:
     """Mean over the episodes that reached the end; NaN without any."""
-    values = np.asarray(getattr(played, of), float)[~played.fell]
+    values = np.asarray(getattr(kept, of), float)[~kept.fell]
     return table.mean_interval(values) if len(values) else table.Interval(np.nan)
 
 
@@ -64,10 +64,10 @@ def ugv_columns(unit: str) -> table.Columns[UGVEpisodes]:
     }
 
 
-def keep_of(played: Rollout[UGVEnvState], params: UGVEnvParams) -> UGVEpisodes:
+def keep_of(rollout: Rollout[UGVEnvState], params: UGVEnvParams) -> UGVEpisodes:
     """Kept data of an episode."""
-    state, info = jax.tree.map(lambda leaf: leaf[-1], (played.state, played.info))
-    use = [jnp.abs(force) / normal for force, normal, _ in played.state.station.wheels]
+    state, info = jax.tree.map(lambda leaf: leaf[-1], (rollout.state, rollout.info))
+    use = [jnp.abs(force) / normal for force, normal, _ in rollout.state.station.wheels]
     return UGVEpisodes(
         **state.totals._asdict(),
         cost=state.cost,
@@ -89,7 +89,7 @@ TORQUE = "torque on each wheel, negative drives forwards"
 
 
 def as_episode(
-    played: Rollout[UGVEnvState],
+    rollout: Rollout[UGVEnvState],
     env: UGVEnv,
     params: UGVEnvParams,
     name: str,
@@ -97,11 +97,11 @@ def as_episode(
 ) -> Episode:
     """One episode (not a batch), waypoint by waypoint. Time is that of pictures (params.speed):
     nothing else of the model knows of it, so there is work for a metre and no power."""
-    played = played.trimmed()
-    states, infos = episodes.samples(played)
+    rollout = rollout.trimmed()
+    states, infos = episodes.samples(rollout)
     frame = ugv_frames(states, infos, params, env.solver, env.preview)
     unit, criterion = env.measure.unit, env.measure.name.replace("_", " ")
-    totals, cost = played.info, np.asarray(states.cost, float)
+    totals, cost = rollout.info, np.asarray(states.cost, float)
     whole = [
         ("return", float(totals["episode_return"][-1]), unit),
         ("wheels", float(totals["episode_wheel_energy"][-1]), "J"),
@@ -114,14 +114,14 @@ def as_episode(
         name=name,
         period=float(params.control_period),
         panels=(
-            *_panels(frame, played, float(params.spacing)),
+            *_panels(frame, rollout, float(params.spacing)),
             episodes.panel(criterion, unit, cost),
-            *episodes.reward_panels(played, {}, unit, scale),
+            *episodes.reward_panels(rollout, {}, unit, scale),
         ),
         events=episodes.slip_events(
             frame.slips, lambda _: "a wheel slips", "both wheels grip", shown.ended
         ),
-        facts=(*episodes.facts(whole), *_drawn(played.start_state.drawn)),
+        facts=(*episodes.facts(whole), *_drawn(rollout.start_state.drawn)),
         axis=("front wheel [m]", np.asarray(frame.at.x)),
     )
 
@@ -133,12 +133,12 @@ def _drawn(drawn: UGVDrawn) -> tuple[tuple[str, str], ...]:
     return (*ground, *episodes.facts(rows))
 
 
-def _panels(frame: UGVFrame, played: Rollout[UGVEnvState], spacing: float) -> tuple[Panel, ...]:
+def _panels(frame: UGVFrame, rollout: Rollout[UGVEnvState], spacing: float) -> tuple[Panel, ...]:
     """Ground, legs, torque, work, friction and grip, waypoint by waypoint."""
     heights = frame.wheels("point")[..., 1].T
     angles = np.degrees(frame.at.leg_angles.T)
     names = {"motors": "wheel_work", "with the legs": "total_work"}
-    work = {who: episodes.from_start(played.info[name]) / spacing for who, name in names.items()}
+    work = {who: episodes.from_start(rollout.info[name]) / spacing for who, name in names.items()}
     used = Line("greater |F| / N", frame.demand)
     return (
         episodes.panel(GROUND, "m", {"rear": heights[0], "front": heights[1]}),

@@ -144,14 +144,14 @@ _backwards = jax.jit(_solve, static_argnums=(0, 1, 2))
 def regrets(env: UGVEnv, params: UGVEnvParams) -> Infos:
     """The function that tells `value` and `regret` of an episode's rows, as RegretInfo has them."""
 
-    def told(played: Rollout[UGVEnvState], _: int) -> Mapping[str, np.ndarray]:
-        values = DriveValues.of(env, params, played.start_state)
-        rows = np.minimum(np.arange(horizon(params) + 1), count := len(played.reward))
-        states = jax.tree.map(lambda leaf: leaf[rows], samples(played)[0])  # one program for all
+    def entries(rollout: Rollout[UGVEnvState], _: int) -> Mapping[str, np.ndarray]:
+        values = DriveValues.of(env, params, rollout.start_state)
+        rows = np.minimum(np.arange(horizon(params) + 1), count := len(rollout.reward))
+        states = jax.tree.map(lambda leaf: leaf[rows], samples(rollout)[0])  # one program for all
         value = np.asarray(values.value(states))[: count + 1]
-        return {"value": value, "regret": np.append(0.0, value[:-1] - played.reward - value[1:])}
+        return {"value": value, "regret": np.append(0.0, value[:-1] - rollout.reward - value[1:])}
 
-    return told
+    return entries
 
 
 class RegretInfo(gymnasium.Wrapper, RecordConstructorArgs):
