@@ -29,8 +29,9 @@ def test_a_mean_rate_above_the_fastest_is_named_with_the_fastest():
     found = solve(periodic("energy", mu=0.06, mean_rate=9.0, steps=60))
     assert found.status is OptimStatus.INFEASIBLE
     fastest = np.pi / solved("time", mu=0.06, steps=60).value
-    said = re.search(r"at most ([0-9.]+) rad/s within the limits", found.message)
+    said = re.search(r"at most ([0-9.]+) rad/s .*, none above ([0-9.]+) rad/s", found.message)
     assert float(said[1]) == pytest.approx(fastest, rel=1e-4)
+    assert float(said[2]) > float(said[1])
     lifted = solve(periodic("energy", mu=0.06, mean_rate=90.0, steps=60))
     assert "the foot lifts off whatever the motor and the floor" in lifted.message
 
@@ -51,6 +52,22 @@ def test_the_limit_that_cannot_be_met_is_named(problem, said: str):
     assert found.status is OptimStatus.INFEASIBLE
     assert re.search(said, found.message), found.message
     assert found.x is None
+
+
+@pytest.mark.parametrize("mu", [0.0, 1e-6])
+def test_a_friction_below_the_grids_own_error_is_not_called_infeasible(mu: float):
+    """With P x crank rate constant the foot needs no friction, so a gait exists at any."""
+    for problem in (
+        periodic(mu=mu, mean_rate=3.0, steps=60),
+        periodic(mu=mu, mean_rate=3.0, zmp=True, steps=60),
+        transfer(1, mu=mu, start_rate=3.0, end_rate=3.0, steps=60),
+    ):
+        found = solve(problem)
+        assert found.status in (OptimStatus.INACCURATE, OptimStatus.VIOLATED), found.message
+        said = f"a grid of 60 cells cannot resolve so small a friction as mu = {mu:g}"
+        assert said in found.message
+    P = problem.on_grid.profiles.nodes.P[0]
+    assert P[-1] == pytest.approx(P[0])
 
 
 def test_too_slow_a_torque_and_the_fewest_steps_to_a_rate_are_told():
