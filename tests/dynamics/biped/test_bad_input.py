@@ -1,7 +1,8 @@
 """Bad values raise ValueError with the field, what was given and what is accepted."""
 
+import math
 import re
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import jax
 import jax.numpy as jnp
@@ -28,6 +29,16 @@ def replaced(**changes):
     return default_params("float32").replace(**changes)
 
 
+@dataclass
+class Pull:
+    """Towards 3 rad/s."""
+
+    gain: float
+
+    def __call__(self, now: BipedState):
+        return self.gain * (3.0 - now.crank_rate)
+
+
 BAD = {
     # what: (call, field, given, accepted)
     "mu_k > mu_s": (lambda: Scene.uniform(0.1, 0.2), "mu_kinetic", "0.2", "mu_static"),
@@ -48,6 +59,19 @@ BAD = {
     "unknown field": (lambda: replaced(shin=1.0), "shin", "'shin'", "tibia"),
     "no duration": (lambda: walk(duration=0.0), "duration", "0.0", "> 0"),
     "too few torques": (lambda: walk(torque=jnp.ones(7)), "torque", "(7,)", "100"),
+    "a torque that is not hashable": (
+        lambda: walk(torque=Pull(0.2)), "torque", "Pull(gain=0.2)", "a hashable function",
+    ),
+    "a torque by math": (
+        lambda: walk(torque=lambda now: math.sin(now.crank_rate)), "torque", "<lambda>", "jax.numpy"
+    ),
+    "a torque by NumPy": (
+        lambda: walk(torque=lambda now: np.sin(now.crank_rate)), "torque", "<lambda>", "jax.numpy"
+    ),
+    "a torque with an if": (
+        lambda: walk(torque=lambda now: 1.0 if now.crank_rate > 0 else 0.0),
+        "torque", "<lambda>", "jax.numpy",
+    ),
     "unknown fidelity": (lambda: walk(fidelity="coarse"), "fidelity", "'coarse'", "'table'"),
     "unknown integrator": (
         lambda: walk(integrator="leapfrog"), "integrator", "'leapfrog'", "'rk4_split'"

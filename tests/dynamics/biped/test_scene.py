@@ -1,8 +1,9 @@
 """What a scene contains does what it says; what it leaves out changes nothing."""
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import partial
 
+import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
@@ -126,3 +127,21 @@ def test_torque_may_be_a_number_an_array_or_a_function_of_the_state(float64):
     )
     close(number.states, function.states)
     np.testing.assert_array_equal(function.torques, 0.9)
+
+
+@jax.tree_util.register_dataclass
+@dataclass
+class Pull:
+    """Towards 3 rad/s."""
+
+    gain: float
+
+    def __call__(self, now):
+        return self.gain * (3.0 - now.crank_rate)
+
+
+def test_the_numbers_of_a_torque_that_is_a_pytree_may_change(float64):
+    pull, state = Pull(0.2), state_of()
+    for pull.gain in (0.2, 0.3):
+        torques = simulate(default_model(), Scene.grip(), state, pull, 0.02, 0.01).torques
+        assert float(torques[0]) == pytest.approx(pull.gain * (3.0 - state.crank_rate))
