@@ -21,6 +21,8 @@ if TYPE_CHECKING:
 BYTES = 20
 """Memory for each byte of a file while it is read, about [bytes]."""
 DECIMAL_COMMA = re.compile(r"^([+-]?\d*),(\d+(?:[eE][+-]?\d+)?)$")
+CELL = re.compile(r"(?:\s*[\[(].*?[\])]|\S)+")
+"""A title between blanks; those within brackets belong to its unit."""
 BRACKETED = re.compile(r"(.*?)\s*[\[(]([^\[(]*)[\])]")
 
 
@@ -109,7 +111,7 @@ def _columns(
         raise _TableError(f"{name}: no rows below the head")
     found: list[list[float]] = []
     for number, line in lines:
-        cells = _cells(line, mark)
+        cells = _cells(line.split(mark), mark)
         if len(cells) != width:
             raise _TableError(f"{name}:{number}: {len(cells)} columns instead of {width}")
         row = [by * float(cells[at]) if is_number(cells[at]) else math.nan for at, by in taken]
@@ -157,14 +159,12 @@ def shown_path(path: Path) -> str:
 def _marked(line: str) -> tuple[str | None, list[str]]:
     """What stands between the cells of a first line, None for blanks, and its cells."""
     mark = next((mark for mark in ";\t," if mark in line), None)
-    if mark is None:  # blanks within brackets belong to a unit
-        line = re.sub(r"\s*[\[(].*?[\])]", lambda one: re.sub(r"\s", "", one[0]), line)
-    return mark, _cells(line, mark)
+    return mark, _cells(line.split(mark) if mark else CELL.findall(line), mark)
 
 
-def _cells(line: str, mark: str | None) -> list[str]:
-    cells = [cell.strip().strip("\"'") for cell in line.split(mark)]
-    if mark != "," and "," in line:
+def _cells(parts: Sequence[str], mark: str | None) -> list[str]:
+    cells = [cell.strip().strip("\"'") for cell in parts]
+    if mark != ",":
         cells = [DECIMAL_COMMA.sub(r"\1.\2", cell) for cell in cells]
     return cells
 
@@ -179,11 +179,14 @@ def _taken(
         near, among = "" if spec in called else near, shown(", ".join(head))
         raise _TableError(f"{place}: {many} column {spec.name!r} among {among}{near}")
     at = called.index(spec)
-    given = _plain(_name_and_unit(head[at])[1])
-    if given in ("", _plain(spec.unit)):
+    unit = _name_and_unit(head[at])[1]
+    if _plain(unit) in ("", _plain(spec.unit)):
         return at, 1.0
-    given = re.sub(r"N(?=[cm]?m$)", "N*", given)
-    return at, quantity(f"{place}: column {shown(head[at])}: unit", f"1 {given}", spec.unit)
+    apart = re.sub(r"N(?=[cm]?m$)", "N ", re.sub(r"[.·⋅]|(?<!\^)-", " ", unit))
+    try:
+        return at, quantity("unit", f"1 {apart}", spec.unit)
+    except ValueError:
+        raise _TableError(f"{place}: column {shown(head[at])} is not in {spec.unit}") from None
 
 
 def _plain(unit: str) -> str:
