@@ -1,5 +1,7 @@
 """Names of floors, grounds, links and lengths, known without JAX."""
 
+from typing import Any
+
 SCENES = ("slippery", "grip", "firm", "wet", "ice-patch")
 """Names that `Scene.named` accepts."""
 
@@ -25,6 +27,16 @@ ABOVE_ZERO = (
 )
 LENGTHS = (*ABOVE_ZERO, "slot_depth", "offset", "heel", "toe")
 """The fields of BipedParams that are lengths [m]; the first ones are > 0."""
+
+
+def range_of(name: str) -> dict[str, Any]:
+    """What a robot's number may be, for `require_number`: a field or an argument of `from_bars`."""
+    if "centre" in name:
+        return {"accepted": "a finite number"}
+    above = name in (*ABOVE_ZERO, "crank_length", "gravity")
+    accepted = "a finite number > 0" if above else "a finite number >= 0"
+    return {"low": 0.0, "strict": above, "accepted": accepted}
+
 
 UNKNOWNS = {
     "payload": (0.0, 1.0),

@@ -51,6 +51,8 @@ BAD = {
         lambda: replace(default_params("float32"), payload=[1.0]), "payload", "[1.0]", "array"
     ),
     "zero length": (lambda: bars(crank_length=0.0), "crank", "0.0", "> 0"),
+    "negative length": (lambda: bars(femur=-1.0), "femur", "-1.0", "a finite number > 0"),
+    "infinite gravity": (lambda: bars(gravity=np.inf), "gravity", "inf", "a finite number > 0"),
     "negative mass": (lambda: bars(hip_mass=-0.7), "hip_mass", "-0.7", ">= 0"),
     "no mass at all": (
         lambda: bars(bar_density=0.0, hip_mass=0.0, foot_mass=0.0), "total mass", "0.0", "> 0",
