@@ -30,12 +30,13 @@ LENGTHS = (*ABOVE_ZERO, "slot_depth", "offset", "heel", "toe")
 
 
 def range_of(name: str) -> dict[str, Any]:
-    """What a robot's number may be, for `require_number`: a field or an argument of `from_bars`."""
+    """What a number of a robot, its motor or `from_bars` may be, for `require_number`."""
+    if name == "efficiency":
+        return {"low": 0.0, "high": 1.0, "strict": True, "accepted": "above 0, up to 1"}
     if "centre" in name:
         return {"accepted": "a finite number"}
-    above = name in (*ABOVE_ZERO, "crank_length", "gravity")
-    accepted = "a finite number > 0" if above else "a finite number >= 0"
-    return {"low": 0.0, "strict": above, "accepted": accepted}
+    above = name in (*ABOVE_ZERO, "crank_length", "gravity", "torque_limit", "max_power")
+    return {"low": 0.0, "strict": above, "accepted": f"a finite number {'>' if above else '>='} 0"}
 
 
 UNKNOWNS = {

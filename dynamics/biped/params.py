@@ -124,11 +124,10 @@ class BipedParams:
         robot made in float32 keeps its 7 digits in a float64 walk. ValueError: see `validate`.
         """
         numbers = {name: one for name, one in locals().items() if name not in NO_NUMBERS}
-        checks.require_kind("hip_centre", hip_centre, (tuple, list), "a pair of finite numbers")
-        if len(hip_centre) != 2 or any(isinstance(part, list | tuple) for part in hip_centre):
-            raise ValueError(
-                f"hip_centre = {checks.shown(hip_centre)}; accepted: a pair of finite numbers"
-            )
+        pair = isinstance(hip_centre, tuple | list) and len(hip_centre) == 2
+        if not pair or any(isinstance(part, list | tuple) for part in hip_centre):
+            given = checks.shown(hip_centre)
+            raise ValueError(f"hip_centre = {given}; accepted: a pair of finite numbers")
         numbers |= dict(zip(HIP_CENTRE, hip_centre, strict=True))
         kind = _checked(numbers, dtype)
         xp = np if checks.is_concrete(numbers) else jnp

@@ -98,10 +98,7 @@ def read_robot(
         robot = robot.astype(jnp.result_type(robot.mass)) if own else robot
         motor = table_of(found, "motor")
         for name, value in motor.items():
-            most, least = (1.0 if name == "efficiency" else np.inf), name != "copper_loss"
-            accepted = f"{'above 0' if least else '>= 0'}, {'up to 1' if most == 1 else 'finite'}"
-            how: dict[str, Any] = {"low": 0.0, "high": most, "strict": least}
-            require_number(f"motor.{name}", value, **how, accepted=accepted)
+            require_number(f"motor.{name}", value, **range_of(name))
     return OwnMachine(robot, motor)
 
 

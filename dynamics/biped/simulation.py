@@ -26,7 +26,7 @@ from stickslip.dynamics.scene import Grip, Scene, scene_of
 from stickslip.dynamics.status import EventKind, Status
 
 if TYPE_CHECKING:
-    from jaxtyping import Array, Float, Real
+    from jaxtyping import Real
 
     from stickslip.dynamics.biped.contact import Drive
 
@@ -112,8 +112,7 @@ def simulate_inverse(
     crank_acceleration [rad/s^2]: 0 for the constant crank rate of `state`, or as the torque in
     `simulate` a number, an array [n] or a function of the state (other numbers that it reads are
     constants there, too), held during each step. The trajectory's `torques` are what the motor must
-    give at the end of each step [N m]; its work is integrated along the step. The rest as in
-    `simulate`.
+    give at the end of each step [N m]; its work is integrated along it. The rest as in `simulate`.
     """
     drive = CrankMotion, None, crank_acceleration
     return _walk(*drive, params, scene, state, duration, dt, fidelity, integrator)
@@ -136,35 +135,27 @@ def _walk(
     steps = duration / float(given_dt)
     checks.require_memory(f"dt = {checks.shown(given_dt)}", "steps", steps, 8 * numbers)
     count = max(1, int(np.ceil(duration / dt * (1 - 1e-9))))
-    name, policy, held = kind._fields[0], None, None
-    if callable(values):
-        policy = _policy(name, values)
-    else:
-        held = _held(name, values, count)
-    given = policy, params, scene, state, held, duration / count, max_power
+    drive = _drive(kind._fields[0], values, count)
+    given = params, scene, state, *drive, duration / count, max_power
     return _simulate(spec, fidelity, kind, count, *given)
 
 
-def _policy(name: str, function: Callable[..., Any]) -> Callable[..., Any]:
-    """The function as a pytree, whose numbers are traced; a plain one has none."""
-    if not jax.tree_util.all_leaves([function]):
-        return function
-    try:
-        hash(function)
-    except TypeError:
-        raise ValueError(f"{name} = {checks.shown(function)}; {FUNCTION}") from None
-    return jax.tree_util.Partial(function)
-
-
-def _held(name: str, values: Any, count: int) -> Float[Array, " n"]:
-    """The number for each of `count` steps, or ValueError."""
-    checks.require_number(name, values, accepted="finite numbers, or a function of the state")
+def _drive(name: str, values: Any, count: int) -> tuple[Callable[..., Any] | None, Any]:
+    """A function of the state, as a pytree whose numbers are traced, or the number for each of
+    `count` steps; ValueError for what is neither."""
+    if callable(values):
+        if not jax.tree_util.all_leaves([values]):
+            return values, None
+        try:
+            hash(values)
+        except TypeError:
+            raise ValueError(f"{name} = {checks.shown(values)}; {FUNCTION}") from None
+        return jax.tree_util.Partial(values), None
+    accepted = f"a finite number, a function of the state, or one for each of the {count} steps"
+    checks.require_number(name, values, accepted=accepted)
     if np.ndim(values) > 0 and np.shape(values) != (count,):
-        raise ValueError(
-            f"{name} has shape {np.shape(values)}; accepted: a number, a function of the state "
-            f"or one value for each of the {count} steps"
-        )
-    return jnp.broadcast_to(jnp.asarray(values), (count,))
+        raise ValueError(f"{name} has shape {np.shape(values)}; accepted: {accepted}")
+    return None, jnp.broadcast_to(jnp.asarray(values), (count,))
 
 
 def stepped(
@@ -216,7 +207,7 @@ _step = jax.jit(fused(stepped, fixed=2), static_argnums=(0, 1))
 
 @partial(jax.jit, static_argnums=(0, 1, 2, 3))
 def _simulate(
-    spec, fidelity, kind, count, policy, params, scene, state, values, size, max_power
+    spec, fidelity, kind, count, params, scene, state, policy, values, size, max_power
 ) -> Trajectory:
     model = prepare(params, fidelity=fidelity, payload=scene.payload)
     scene = replace(scene, payload=None)  # the model carries it

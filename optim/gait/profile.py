@@ -90,9 +90,7 @@ class Grid:
 
     @property
     def error(self) -> float:
-        """About the share of a limit's size that the trapezoid rule is off: the square of the mean
-        cell. What a gait of constant momentum, which needs no friction, needs on the grid at
-        3 rad/s is a thirtieth of it."""
+        """About the trapezoid rule's error, as a share of a limit's size: the mean cell squared."""
         return (np.pi / self.cells) ** 2
 
     @cached_property

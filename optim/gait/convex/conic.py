@@ -295,12 +295,12 @@ def _diagnosed(problem: GridProblem, ended: Ended) -> tuple[OptimStatus, str]:
     if ended.status is OptimStatus.LIMIT:
         return ended
     if problem.longest is not None:
-        fastest = _fastest(problem, every=True)
+        fastest = _fastest(problem)
         if isinstance(fastest, Answer):
             return _too_fast(problem, problem.longest, fastest)
     free = replace(problem, longest=None)
     polygons = Polygons.of(free.sample(inside=False))
-    proved, needed, missing = bool(np.any(polygons.low > polygons.high)), [], [np.inf]
+    proved, needed, missing = bool(np.any(polygons.low > polygons.high)), [], np.inf
     asked = [TORQUE] if free.motor else []
     for limit in (*asked, FRICTION, NORMAL, ZMP):
         if limit not in free.rows.names:
@@ -309,17 +309,15 @@ def _diagnosed(problem: GridProblem, ended: Ended) -> tuple[OptimStatus, str]:
         if isinstance(solved, Solved) and solved.relaxation > 0:
             proved |= excluded(free, solved, every=False)
             needed.append(_needed(free, limit, solved))
-            missing.append(solved.relaxation)
+            missing = min(missing, solved.relaxation)
     needed = [text for text in (*needed, *_needed_rates(free)) if text]
     if not needed:
         return OptimStatus.FAILED, f"{ended.message}; no limit alone is to blame"
-    limits = "; or ".join(needed)
-    if not proved:
-        return OptimStatus.FAILED, f"no gait was found within the limits: {limits}"
-    if min(missing) > problem.grid.error:
-        return OptimStatus.INFEASIBLE, f"no gait keeps within the limits: {limits}"
-    cells = f"no gait of the grid of {problem.grid.cells} cells"
-    return OptimStatus.INACCURATE, f"{cells} keeps within the limits, others may: {limits}"
+    status = OptimStatus.INFEASIBLE if proved else OptimStatus.FAILED
+    if proved and missing <= problem.grid.error:
+        status = OptimStatus.INACCURATE
+    text = f"no gait of the grid of {problem.grid.cells} cells keeps within the limits"
+    return status, f"{text}: {'; or '.join(needed)}"
 
 
 def _unresolved(problem: GridProblem) -> str:
@@ -349,9 +347,9 @@ def _too_fast(problem: GridProblem, longest: float, fastest: Answer) -> tuple[Op
     return OptimStatus.INFEASIBLE, f"{text} {cells} cells, none above {turn / proved:.6g} rad/s"
 
 
-def _fastest(problem: GridProblem, *, every: bool = False) -> Answer | Ended:
+def _fastest(problem: GridProblem) -> Answer | Ended:
     """The gait of the least time."""
-    return answered(replace(problem, goal=goal_of("time", 0.0), longest=None), every=every)
+    return answered(replace(problem, goal=goal_of("time", 0.0), longest=None))
 
 
 def _needed_rates(problem: GridProblem) -> list[str]:

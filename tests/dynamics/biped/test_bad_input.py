@@ -1,8 +1,7 @@
 """Bad values raise ValueError with the field, what was given and what is accepted."""
 
-import math
 import re
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import jax
 import jax.numpy as jnp
@@ -29,16 +28,6 @@ def replaced(**changes):
     return default_params("float32").replace(**changes)
 
 
-@dataclass
-class Pull:
-    """Towards 3 rad/s."""
-
-    gain: float
-
-    def __call__(self, now: BipedState):
-        return self.gain * (3.0 - now.crank_rate)
-
-
 BAD = {
     # what: (call, field, given, accepted)
     "mu_k > mu_s": (lambda: Scene.uniform(0.1, 0.2), "mu_kinetic", "0.2", "mu_static"),
@@ -53,7 +42,6 @@ BAD = {
     "zero length": (lambda: bars(crank_length=0.0), "crank", "0.0", "> 0"),
     "negative length": (lambda: bars(femur=-1.0), "femur", "-1.0", "a finite number > 0"),
     "infinite gravity": (lambda: bars(gravity=np.inf), "gravity", "inf", "a finite number > 0"),
-    "negative mass": (lambda: bars(hip_mass=-0.7), "hip_mass", "-0.7", ">= 0"),
     "no mass at all": (
         lambda: bars(bar_density=0.0, hip_mass=0.0, foot_mass=0.0), "total mass", "0.0", "> 0",
     ),
@@ -62,17 +50,14 @@ BAD = {
     "no duration": (lambda: walk(duration=0.0), "duration", "0.0", "> 0"),
     "too few torques": (lambda: walk(torque=jnp.ones(7)), "torque", "(7,)", "100"),
     "a torque that is not hashable": (
-        lambda: walk(torque=Pull(0.2)), "torque", "Pull(gain=0.2)", "a hashable function",
-    ),
-    "a torque by math": (
-        lambda: walk(torque=lambda now: math.sin(now.crank_rate)), "torque", "<lambda>", "jax.numpy"
+        lambda: walk(torque=type("Pull", (), {"__call__": abs, "__hash__": None})()),
+        "torque", "object at", "a hashable function",
     ),
     "a torque by NumPy": (
-        lambda: walk(torque=lambda now: np.sin(now.crank_rate)), "torque", "<lambda>", "jax.numpy"
+        lambda: walk(torque=lambda now: np.sin(now.time)), "torque", "<lambda>", "jax.numpy"
     ),
     "a torque with an if": (
-        lambda: walk(torque=lambda now: 1.0 if now.crank_rate > 0 else 0.0),
-        "torque", "<lambda>", "jax.numpy",
+        lambda: walk(torque=lambda now: 1.0 if now.time > 0 else 0.0), "torque", "<", "jax.numpy"
     ),
     "unknown fidelity": (lambda: walk(fidelity="coarse"), "fidelity", "'coarse'", "'table'"),
     "unknown integrator": (
