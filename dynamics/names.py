@@ -1,5 +1,7 @@
 """Names of floors, grounds, links and lengths, known without JAX."""
 
+from typing import Any
+
 SCENES = ("slippery", "grip", "firm", "wet", "ice-patch")
 """Names that `Scene.named` accepts."""
 
@@ -25,6 +27,17 @@ ABOVE_ZERO = (
 )
 LENGTHS = (*ABOVE_ZERO, "slot_depth", "offset", "heel", "toe")
 """The fields of BipedParams that are lengths [m]; the first ones are > 0."""
+
+
+def range_of(name: str) -> dict[str, Any]:
+    """What a number of a robot, its motor or `from_bars` may be, for `require_number`."""
+    if name == "efficiency":
+        return {"low": 0.0, "high": 1.0, "strict": True, "accepted": "above 0, up to 1"}
+    if "centre" in name:
+        return {"accepted": "a finite number"}
+    above = name in (*ABOVE_ZERO, "crank_length", "gravity", "torque_limit", "max_power")
+    return {"low": 0.0, "strict": above, "accepted": f"a finite number {'>' if above else '>='} 0"}
+
 
 UNKNOWNS = {
     "payload": (0.0, 1.0),

@@ -21,6 +21,8 @@ if TYPE_CHECKING:
 BYTES = 20
 """Memory for each byte of a file while it is read, about [bytes]."""
 DECIMAL_COMMA = re.compile(r"^([+-]?\d*),(\d+(?:[eE][+-]?\d+)?)$")
+CELL = re.compile(r"(?:\s*[\[(].*?[\])]|\S)+")
+"""A title between blanks; those within brackets belong to its unit."""
 BRACKETED = re.compile(r"(.*?)\s*[\[(]([^\[(]*)[\])]")
 
 
@@ -72,14 +74,11 @@ def read_columns(
     ValueError names the file, the line and what is accepted; OSError where it cannot be opened.
     """
     accepted = also + accepted_table(wanted)
+    text = read_text(path, accepted, most)
     try:
-        return _columns(path, read_text(path, accepted, most), wanted, unordered)
-    except _TableError as error:
+        return _columns(path, text, wanted, unordered)
+    except ValueError as error:
         raise ValueError(f"{error}; accepted: {accepted}") from None
-
-
-class _TableError(Exception):
-    """Fault of a table, and its place."""
 
 
 def _columns(
@@ -90,7 +89,7 @@ def _columns(
     filled = [one for one in numbered if one[1].strip(" \t;,")]
     lines = [one for one in filled if not one[1].startswith("#")]
     if not lines:
-        raise _TableError(f"{name} is empty")
+        raise ValueError(f"{name} is empty")
     mark, head = _marked(lines[0][1])
     if is_number(head[0]) and (above := filled[: filled.index(lines[0])]):
         told = _marked(above[-1][1].lstrip("# "))[1]
@@ -106,20 +105,20 @@ def _columns(
         place, width, lines = f"{name}:{number}", len(head), lines[1:]
         taken = [_taken(place, head, called, one) for one in wanted]
     if not lines:
-        raise _TableError(f"{name}: no rows below the head")
+        raise ValueError(f"{name}: no rows below the head")
     found: list[list[float]] = []
     for number, line in lines:
-        cells = _cells(line, mark)
+        cells = _cells(line.split(mark), mark)
         if len(cells) != width:
-            raise _TableError(f"{name}:{number}: {len(cells)} columns instead of {width}")
+            raise ValueError(f"{name}:{number}: {len(cells)} columns instead of {width}")
         row = [by * float(cells[at]) if is_number(cells[at]) else math.nan for at, by in taken]
         for spec, (at, _), value in zip(wanted, taken, row, strict=True):
             if not math.isfinite(value):
                 what = f"{spec.name} = {shown(cells[at])} is no finite number"
-                raise _TableError(f"{name}:{number}: {what}")
+                raise ValueError(f"{name}:{number}: {what}")
         if unordered is not None and found and not found[-1][0] < row[0]:
             what = f"{wanted[0].name} = {row[0]} after {found[-1][0]} does not increase"
-            raise _TableError(f"{name}:{number}: {what}{unordered}")
+            raise ValueError(f"{name}:{number}: {what}{unordered}")
         found.append(row)
     return np.array(found)
 
@@ -157,14 +156,12 @@ def shown_path(path: Path) -> str:
 def _marked(line: str) -> tuple[str | None, list[str]]:
     """What stands between the cells of a first line, None for blanks, and its cells."""
     mark = next((mark for mark in ";\t," if mark in line), None)
-    if mark is None:  # blanks within brackets belong to a unit
-        line = re.sub(r"\s*[\[(].*?[\])]", lambda one: re.sub(r"\s", "", one[0]), line)
-    return mark, _cells(line, mark)
+    return mark, _cells(line.split(mark) if mark else CELL.findall(line), mark)
 
 
-def _cells(line: str, mark: str | None) -> list[str]:
-    cells = [cell.strip().strip("\"'") for cell in line.split(mark)]
-    if mark != "," and "," in line:
+def _cells(parts: Sequence[str], mark: str | None) -> list[str]:
+    cells = [cell.strip().strip("\"'") for cell in parts]
+    if mark != ",":
         cells = [DECIMAL_COMMA.sub(r"\1.\2", cell) for cell in cells]
     return cells
 
@@ -177,13 +174,16 @@ def _taken(
         many = "more than one" if spec in called else "no"
         near = nearest(spec.name, [_name_and_unit(title)[0] for title in head])
         near, among = "" if spec in called else near, shown(", ".join(head))
-        raise _TableError(f"{place}: {many} column {spec.name!r} among {among}{near}")
+        raise ValueError(f"{place}: {many} column {spec.name!r} among {among}{near}")
     at = called.index(spec)
-    given = _plain(_name_and_unit(head[at])[1])
-    if given in ("", _plain(spec.unit)):
+    unit = _name_and_unit(head[at])[1]
+    if _plain(unit) in ("", _plain(spec.unit)):
         return at, 1.0
-    given = re.sub(r"N(?=[cm]?m$)", "N*", given)
-    return at, quantity(f"{place}: column {shown(head[at])}: unit", f"1 {given}", spec.unit)
+    apart = re.sub(r"N(?=[cm]?m$)", "N ", re.sub(r"[.·⋅]|(?<!\^)-", " ", unit))
+    try:
+        return at, quantity("unit", f"1 {apart}", spec.unit)
+    except ValueError:
+        raise ValueError(f"{place}: column {shown(head[at])} is not in {spec.unit}") from None
 
 
 def _plain(unit: str) -> str:

@@ -13,7 +13,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from stickslip.dynamics import checks, pytrees
-from stickslip.dynamics.names import ABOVE_ZERO, BAR_LENGTHS, LENGTHS
+from stickslip.dynamics.names import BAR_LENGTHS, LENGTHS, range_of
 
 if TYPE_CHECKING:
     from jax.typing import DTypeLike
@@ -26,8 +26,6 @@ if TYPE_CHECKING:
     """Array of the module that computes: jax.numpy or numpy."""
 
 
-POSITIVE = (*ABOVE_ZERO, "gravity")
-NON_NEGATIVE = ("slot_depth", "offset", "payload", "heel", "toe")
 NO_NUMBERS = ("cls", "hip_centre", "dtype")
 """The arguments of `from_bars` that are not one number each."""
 HIP_CENTRE = ("hip_centre[0]", "hip_centre[1]")
@@ -235,13 +233,8 @@ class BipedParams:
                 raise ValueError(
                     f"{name} has shape {shape}; accepted: {tail}, links in LINKS' order"
                 )
-        for name in POSITIVE:
-            checks.require_number(
-                name, getattr(self, name), low=0.0, strict=True, accepted="a finite number > 0"
-            )
-        for name in (*NON_NEGATIVE, "mass", "inertia"):
-            checks.require_number(name, getattr(self, name), low=0.0, accepted="finite and >= 0")
-        checks.require_number("centre", self.centre, low=-np.inf, accepted="finite numbers [m]")
+        for name, value in vars(self).items():
+            checks.require_number(name, value, **range_of(name))
 
 
 def own_time(params: BipedParams) -> Scalar:
@@ -255,15 +248,12 @@ def own_time(params: BipedParams) -> Scalar:
 
 def _checked(numbers: dict[str, pytrees.Numeric], dtype: Any):
     """The floating type of a robot with these numbers, or ValueError for one of them."""
-    above, free = {"low": 0.0, "accepted": "a finite number >= 0"}, {"accepted": "a finite number"}
-    rules: dict[str, Any] = {name: free if name in HIP_CENTRE else above for name in numbers}
-    rules["crank_length"] = {"low": 0.0, "strict": True, "accepted": "a finite length > 0 [m]"}
     for name, value in numbers.items():
-        checks.require_number(name, value, **rules[name])
+        checks.require_number(name, value, **range_of(name))
     kinds = (jnp.result_type(v) for v in numbers.values() if not isinstance(v, list | tuple))
     dtype = pytrees.float_kind(dtype, jnp.result_type(float, *kinds))
     for name, value in numbers.items():
-        checks.require_number(name, value, **rules[name], dtype=dtype)
+        checks.require_number(name, value, **range_of(name), dtype=dtype)
     pytrees.require_broadcast(**numbers)
     return dtype
 

@@ -13,7 +13,7 @@ from jax.core import eval_context
 
 from stickslip.dynamics.checks import is_concrete, require_known, require_number
 from stickslip.dynamics.machine_file import MachineFile, OwnMachine, in_file, table_of, toml_text
-from stickslip.dynamics.names import BAR_LENGTHS, LENGTHS, LINKS
+from stickslip.dynamics.names import BAR_LENGTHS, LENGTHS, LINKS, range_of
 
 if TYPE_CHECKING:
     from stickslip.dynamics.pytrees import Numeric
@@ -98,10 +98,7 @@ def read_robot(
         robot = robot.astype(jnp.result_type(robot.mass)) if own else robot
         motor = table_of(found, "motor")
         for name, value in motor.items():
-            most, least = (1.0 if name == "efficiency" else np.inf), name != "copper_loss"
-            accepted = f"{'above 0' if least else '>= 0'}, {'up to 1' if most == 1 else 'finite'}"
-            how: dict[str, Any] = {"low": 0.0, "high": most, "strict": least}
-            require_number(f"motor.{name}", value, **how, accepted=accepted)
+            require_number(f"motor.{name}", value, **range_of(name))
     return OwnMachine(robot, motor)
 
 
@@ -174,10 +171,12 @@ def _with_fields(robot: Robot, numbers: Mapping[str, Any]) -> Robot:
     found: dict[str, Any] = {}
     for place, value in numbers.items():
         table, *name = place.split(".")
+        field = name[1] if table == "links" else (name or [table])[0]
+        require_number(place, value, **range_of(field))
         if table != "links":
-            found[(name or [table])[0]] = value
+            found[field] = value
             continue
-        link, field, *axis = name
+        link, _, *axis = name
         at, array = (NAMES.index(link), *map(int, axis)), found.get(field, getattr(robot, field))
         if is_concrete(array, value):
             array = np.array(array)

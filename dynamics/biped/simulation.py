@@ -26,7 +26,7 @@ from stickslip.dynamics.scene import Grip, Scene, scene_of
 from stickslip.dynamics.status import EventKind, Status
 
 if TYPE_CHECKING:
-    from jaxtyping import Array, Float, Real
+    from jaxtyping import Real
 
     from stickslip.dynamics.biped.contact import Drive
 
@@ -34,6 +34,7 @@ if TYPE_CHECKING:
 DONE_IN_A_STEP = ("switches", "slide_distance", "work", "positive_work")
 """The numbers of a Contact that add up over a walk."""
 TIME_STEP = "a finite time step > 0 [s]"
+FUNCTION = "accepted: a hashable function of the state, written in jax.numpy"
 
 
 def step(
@@ -81,7 +82,9 @@ def simulate(
     """Walk for `duration` [s] in n equal steps of about `dt` [s] (n = duration / dt, rounded up).
 
     torque [N m]: a number, an array [n] with one value a step, or a function of the BipedState,
-    asked at the beginning of every step and held during it. max_power [W]: of the motor, which
+    asked at the beginning of every step and held during it. Other numbers that the function reads
+    stay those of its first call; to vary them, pass `jax.tree_util.Partial(function, gain)`, asked
+    as function(gain, state), or a callable registered pytree. max_power [W]: of the motor, which
     gives less torque where |torque x crank rate| would be more; the trajectory's `torques` are then
     those at the end of each step. The rest as in `step`. Raises ValueError also for a linkage that
     cannot hand over its support, when the scene is continuous.
@@ -107,9 +110,9 @@ def simulate_inverse(
     """Walk with a prescribed crank motion, the foot free to slip: eqs. (31)-(36), Fig. 16.
 
     crank_acceleration [rad/s^2]: 0 for the constant crank rate of `state`, or as the torque in
-    `simulate` a number, an array [n] or a function of the state, held during each step. The
-    trajectory's `torques` are what the motor must give at the end of each step [N m]; its work is
-    integrated along the step. The rest as in `simulate`.
+    `simulate` a number, an array [n] or a function of the state (other numbers that it reads are
+    constants there, too), held during each step. The trajectory's `torques` are what the motor must
+    give at the end of each step [N m]; its work is integrated along it. The rest as in `simulate`.
     """
     drive = CrankMotion, None, crank_acceleration
     return _walk(*drive, params, scene, state, duration, dt, fidelity, integrator)
@@ -132,22 +135,27 @@ def _walk(
     steps = duration / float(given_dt)
     checks.require_memory(f"dt = {checks.shown(given_dt)}", "steps", steps, 8 * numbers)
     count = max(1, int(np.ceil(duration / dt * (1 - 1e-9))))
-    policy, held = values, None
-    if not callable(values):
-        policy, held = None, _held(kind._fields[0], values, count)
-    given = params, scene, state, held, duration / count, max_power
-    return _simulate(spec, fidelity, policy, kind, count, *given)
+    drive = _drive(kind._fields[0], values, count)
+    given = params, scene, state, *drive, duration / count, max_power
+    return _simulate(spec, fidelity, kind, count, *given)
 
 
-def _held(name: str, values: Any, count: int) -> Float[Array, " n"]:
-    """The number for each of `count` steps, or ValueError."""
-    checks.require_number(name, values, accepted="finite numbers, or a function of the state")
+def _drive(name: str, values: Any, count: int) -> tuple[Callable[..., Any] | None, Any]:
+    """A function of the state, as a pytree whose numbers are traced, or the number for each of
+    `count` steps; ValueError for what is neither."""
+    if callable(values):
+        if not jax.tree_util.all_leaves([values]):
+            return values, None
+        try:
+            hash(values)
+        except TypeError:
+            raise ValueError(f"{name} = {checks.shown(values)}; {FUNCTION}") from None
+        return jax.tree_util.Partial(values), None
+    accepted = f"a finite number, a function of the state, or one for each of the {count} steps"
+    checks.require_number(name, values, accepted=accepted)
     if np.ndim(values) > 0 and np.shape(values) != (count,):
-        raise ValueError(
-            f"{name} has shape {np.shape(values)}; accepted: a number, a function of the state "
-            f"or one value for each of the {count} steps"
-        )
-    return jnp.broadcast_to(jnp.asarray(values), (count,))
+        raise ValueError(f"{name} has shape {np.shape(values)}; accepted: {accepted}")
+    return None, jnp.broadcast_to(jnp.asarray(values), (count,))
 
 
 def stepped(
@@ -197,9 +205,9 @@ def stepped(
 _step = jax.jit(fused(stepped, fixed=2), static_argnums=(0, 1))
 
 
-@partial(jax.jit, static_argnums=(0, 1, 2, 3, 4))
+@partial(jax.jit, static_argnums=(0, 1, 2, 3))
 def _simulate(
-    spec, fidelity, policy, kind, count, params, scene, state, values, size, max_power
+    spec, fidelity, kind, count, params, scene, state, policy, values, size, max_power
 ) -> Trajectory:
     model = prepare(params, fidelity=fidelity, payload=scene.payload)
     scene = replace(scene, payload=None)  # the model carries it
@@ -212,7 +220,11 @@ def _simulate(
     def body(carry, value):
         now, last = carry
         if policy is not None:
-            value = policy(replace(now, time=begun + now.time))
+            try:
+                value = policy(replace(now, time=begun + now.time))
+            except jax.errors.JAXTypeError as error:
+                given = checks.shown(getattr(policy, "func", policy))
+                raise ValueError(f"{kind._fields[0]} = {given}; {FUNCTION}") from error
             if shape := jnp.shape(value):
                 raise ValueError(f"the function of the state gave {shape}; accepted: a number")
         drive = kind(jnp.asarray(value, dtype), *limits)

@@ -358,8 +358,7 @@ class GaitResult(Result):
     closed form. held_value is its value, integrated between the nodes; None where none was found.
     every_bound: no gait whatever is better, of any acceleration that may change at any place (None:
     not proved); its integral is a quadrature, whose error is not bounded. So the best possible lies
-    between every_bound and held_value, whatever the grid.
-    certificate: of the grid's optimum.
+    between every_bound and held_value, whatever the grid. certificate: of the grid's optimum.
     """
 
     gait: Gait | None = None

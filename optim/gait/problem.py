@@ -54,16 +54,15 @@ class GaitProblem(Problem[GaitResult]):
     Build it with `periodic` or `transfer`. params: the robot, its payload in params.payload.
     objective: a name of OBJECTIVES, or a mapping of names to weights. mu: static friction, None for
     a foot that never slips; one number, or one for each step. torque_limit [N m]; mean_rate: the
-    mean crank rate, at least [rad/s]; None: any.
-    min_normal: least normal force [N]. zmp: whether the zero-moment point stays inside the foot.
-    max_rate: greatest crank rate [rad/s], by default 20 times the lift-off rate. copper_loss: for
-    the objective "energy" [W/(N m)^2]. cells: of the grid in each step. efficiency: of what drives
-    the crank, for that objective; braking gives nothing back. max_power: greatest |torque x crank
-    rate| of the motor [W]. max_torque_rate: greatest |dT/dt| [N m/s], in the mean over each cell at
-    the mean of its ends' rates, of `held`, too. With it the torque, which else jumps there, is
-    continuous over exchanges of support; at the walk's ends it is free: a motor at rest may hold
-    one. These two limits are not convex: where one binds, the gait is a local optimum (FEASIBLE),
-    and bounds are without them.
+    mean crank rate, at least [rad/s]; None: any. min_normal: least normal force [N]. zmp: whether
+    the zero-moment point stays inside the foot. max_rate: greatest crank rate [rad/s], by default
+    20 times the lift-off rate. copper_loss: for the objective "energy" [W/(N m)^2]. cells: of the
+    grid in each step. efficiency: of what drives the crank, for that objective; braking gives
+    nothing back. max_power: greatest |torque x crank rate| of the motor [W]. max_torque_rate:
+    greatest |dT/dt| [N m/s], in the mean over each cell at the mean of its ends' rates, of `held`,
+    too. With it the torque, which else jumps there, is continuous over exchanges of support; at the
+    walk's ends it is free: a motor at rest may hold one. These two limits are not convex: where one
+    binds, the gait is a local optimum (FEASIBLE), and bounds are without them.
 
     start_rate, end_rate: crank rate at the beginning and at the end [rad/s], None: any. end_phase:
     crank angle past the last step's beginning where the walk ends, on one foot [rad]; None: pi.
@@ -109,9 +108,10 @@ class GaitProblem(Problem[GaitResult]):
         steps: int = 200,
         **limits: Any,
     ) -> GaitProblem:
-        """One step that ends as it begins. steps: cells of its grid. limits: the class's other
-        fields, by name, but those of the walk's ends."""
-        return cls(params, objective, cells=steps, **limits)
+        """One step that ends as it begins. steps: the class's cells, where they are not given by
+        that name. limits: its other fields, by name, but those of the walk's ends."""
+        limits.setdefault("cells", steps)
+        return cls(params, objective, **limits)
 
     @classmethod
     def transfer(
@@ -130,14 +130,15 @@ class GaitProblem(Problem[GaitResult]):
         when the centre of mass is `distance` [m] ahead of its start, in whatever step.
 
         end_rate: 0 for a stop, the crank rate at which a steady gait begins its step to go on with
-        it, None for any. steps: cells of the grid in each step. limits: as of `periodic`.
+        it, None for any. steps, limits: as of `periodic`.
         """
         ends = {"start_rate": start_rate, "end_rate": end_rate}
         if steps_taken is None:
             steps_taken, ends["end_phase"] = mark_of(params, distance)
         elif distance is not None:
             raise ValueError(f"steps_taken = {shown(steps_taken)} with distance; accepted: None")
-        return cls(params, objective, steps_taken, False, cells=steps, **ends, **limits)
+        limits.setdefault("cells", steps)
+        return cls(params, objective, steps_taken, False, **ends, **limits)
 
     def __post_init__(self):
         _check(self)

@@ -88,6 +88,11 @@ class Grid:
     def h(self) -> Float[np.ndarray, "n K"]:
         return read_only(np.diff(self.theta, axis=1))
 
+    @property
+    def error(self) -> float:
+        """About the trapezoid rule's error, as a share of a limit's size: the mean cell squared."""
+        return (np.pi / self.cells) ** 2
+
     @cached_property
     def weights(self) -> Float[np.ndarray, "n K+1"]:
         """Weights of the trapezoid rule over the phase [rad]."""

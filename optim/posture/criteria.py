@@ -144,9 +144,8 @@ def station(
     """The vehicle with its front wheel at x_front [...] [m] and leg_angles [..., 2] [rad].
 
     For use inside a trace: nothing is checked, and the status tells. friction: mu, [...], where the
-    surface of the odometer's track has the factor 1. The
-    odometer must reach from the rearmost contact asked for to the foremost, and be the same for
-    stations whose turns are compared.
+    surface of the odometer's track has the factor 1. The odometer must reach from the rearmost
+    contact asked for to the foremost, and be the same for stations whose turns are compared.
     """
     placed = stand(params, odometer.track, x_front, leg_angles, solver)
     return station_of(params, odometer, placed, leg_angles, friction, free_split)

@@ -6,7 +6,7 @@ import pytest
 from stickslip.cli import main
 from stickslip.dynamics.biped import BipedParams
 from stickslip.dynamics.ugv import UGVParams
-from tests.asked import refusal, tells
+from tests.asked import tells
 from tests.trees import assert_same
 
 pytest.importorskip("matplotlib", reason="needs the extra viz")
@@ -45,12 +45,3 @@ def test_a_vehicle_climbs_what_friction_and_motors_let_it(tmp_path, capsys):
     assert slippery == pytest.approx(0.1, abs=1e-3)  # the slope itself, whatever the posture
     strongest = 2 * 150 / (0.28 * UGVParams().weight)  # sin of the slope that both motors hold
     assert abs(np.sin(np.arctan(firm)) - strongest) < np.diff(np.linspace(0, 1, 21))[0]
-
-
-def test_a_file_that_will_not_do_is_named(tmp_path, capsys):
-    path = tmp_path / "my.toml"
-    path.write_text("[bars]\nrod = 9.0")
-    said = refusal(capsys, "robot", str(path))
-    assert "close" in said
-    assert str(path) in said
-    assert not path.with_suffix(".png").exists()

@@ -123,6 +123,7 @@ def test_bars_of_a_robot_given_link_by_link_change_and_other_links_stay(tmp_path
             "'bars.crank_lenght' is no number of .*mean bars.crank_length",
         ),
         ("[bars]\nhip_mass = -1", "hip_mass = -1.0 is not accepted"),
+        ("[links.tibia]\ninertia = -1", r"links\.tibia\.inertia = -1.0 is not .*accepted: .* >= 0"),
         ('[bars]\nfemur = "9**9**9 m"', "bars.femur = '9..9..9 m' is not in m"),
         ("[links.tibia]\ncentre = 3", "links.tibia.centre. is no .*links.tibia.centre.0"),
         ("[lengths]\nrocker = 5", "close"),

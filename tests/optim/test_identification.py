@@ -1,6 +1,7 @@
 """Friction, load and the encoder's errors from logs that an exact simulation made."""
 
 import json
+from itertools import product
 
 import jax
 import jax.numpy as jnp
@@ -152,12 +153,13 @@ def test_logs_that_will_not_do_are_refused():
 def test_a_head_behind_a_hash_names_columns_and_units(tmp_path):
     t, path = 5.0 * np.arange(40), tmp_path / "log.csv"
     columns = np.stack([t, 90 + t, 0.1 + 0 * t], axis=1)
-    for mark, angle in ((",", "crank angle"), (" ", "theta")):
-        head = mark.join(["time [ms]", f"{angle} [deg]", "torque [N m]"])
+    units = {"N m": 1.0, "Ncm": 0.01, "kgf*cm": 0.0980665, "lbf ft": 1.3558179}
+    for (mark, angle), unit in product(((",", "crank angle"), (" ", "theta")), units):
+        head = mark.join(["time [ms]", f"{angle} [deg]", f"torque [{unit}]"])
         np.savetxt(path, columns, delimiter=mark, header=f"of Monday\n{head}")
         log = WalkLog.from_file(path)
         read = [log.times[1], log.torques[1], log.angles[0]]
-        np.testing.assert_allclose(read, [5e-3, 0.1, np.pi / 2])
+        np.testing.assert_allclose(read, [5e-3, 0.1 * units[unit], np.pi / 2])
     np.savetxt(path, columns * [1e-3, 1, 1], header="of Monday, in s")  # names no column
     assert WalkLog.from_file(path).torques[0] == 90
 

@@ -217,7 +217,8 @@ def solve_conic(
     "grid", of gaits of the grid alone: then held and every_bound are None.
 
     evaluations: programs solved. Status: OPTIMAL where the bound of `certificate`, computed without
-    the solver, meets the value to 1e-6; INFEASIBLE where proved; the message names the limit.
+    the solver, meets the value to 1e-6; INFEASIBLE where proved, INACCURATE where the grid's own
+    error may be why it has no gait; the message names the limit.
     details: cells. What the grid leaves open: the result's `discretisation`.
     """
     began = time.perf_counter()
@@ -230,11 +231,14 @@ def solve_conic(
     common: dict[str, Any] = {"method": "conic", "began": began}
     if isinstance(answer, Ended):
         status, message = _diagnosed(at, answer)
+        message += "" if status is OptimStatus.INFEASIBLE else _unresolved(at)
         return GaitResult.without_point(
             status=status, message=message, evaluations=at.programs[0], **common
         )
     evaluation = problem.evaluate_gait(answer.gait)
     status, message = _judged(answer, evaluation.feasible)
+    if not status.solved or (every and (answer.every or 0.0) < evaluation.value / 2):
+        message += _unresolved(at)
     weak = at.exceeds_motor(answer.gait)
     if weak:
         message = _too_weak(at, answer.gait)
@@ -286,7 +290,8 @@ def _too_weak(problem: GridProblem, gait: Gait) -> str:
 
 
 def _diagnosed(problem: GridProblem, ended: Ended) -> tuple[OptimStatus, str]:
-    """Status, INFEASIBLE where that is proved, and the limit that fails with the value it needs."""
+    """Status and the limit that fails with the value it needs. INFEASIBLE where the multipliers
+    prove it of the grid, and no limit eased by less than the grid's error gives a gait."""
     if ended.status is OptimStatus.LIMIT:
         return ended
     if problem.longest is not None:
@@ -295,28 +300,42 @@ def _diagnosed(problem: GridProblem, ended: Ended) -> tuple[OptimStatus, str]:
             return _too_fast(problem, problem.longest, fastest)
     free = replace(problem, longest=None)
     polygons = Polygons.of(free.sample(inside=False))
-    proved, needed = bool(np.any(polygons.low > polygons.high)), []
+    proved, needed, missing = bool(np.any(polygons.low > polygons.high)), [], np.inf
     asked = [TORQUE] if free.motor else []
     for limit in (*asked, FRICTION, NORMAL, ZMP):
         if limit not in free.rows.names:
             continue
         solved = relaxed(free, limit)
-        if isinstance(solved, Solved):
+        if isinstance(solved, Solved) and solved.relaxation > 0:
             proved |= excluded(free, solved, every=False)
             needed.append(_needed(free, limit, solved))
+            missing = min(missing, solved.relaxation)
     needed = [text for text in (*needed, *_needed_rates(free)) if text]
     if not needed:
         return OptimStatus.FAILED, f"{ended.message}; no limit alone is to blame"
     status = OptimStatus.INFEASIBLE if proved else OptimStatus.FAILED
-    return status, f"no gait keeps within the limits: {'; or '.join(needed)}"
+    if proved and missing <= problem.grid.error:
+        status = OptimStatus.INACCURATE
+    text = f"no gait of the grid of {problem.grid.cells} cells keeps within the limits"
+    return status, f"{text}: {'; or '.join(needed)}"
+
+
+def _unresolved(problem: GridProblem) -> str:
+    """What to do about a friction that the grid's own error exceeds; empty for another."""
+    least = np.inf if problem.mu is None else float(np.min(problem.mu))
+    if least >= problem.grid.error:
+        return ""
+    cells = f"; a grid of {problem.grid.cells} cells cannot resolve so small a friction as"
+    return f"{cells} mu = {least:.6g}: take more cells, or more friction"
 
 
 def _too_fast(problem: GridProblem, longest: float, fastest: Answer) -> tuple[OptimStatus, str]:
     """The mean rate is above the fastest one within the other limits."""
-    turn = problem.grid.turn
+    turn, proved = problem.grid.turn, fastest.every or 0.0
     asked, most = turn / longest, turn / fastest.certificate.value
-    if fastest.certificate.bound <= longest:
-        text = f"mean_rate = {asked:.6g} rad/s: too near the greatest, {most:.6g} rad/s, to tell"
+    text, cells = f"mean_rate = {asked:.6g} rad/s", problem.grid.cells
+    if min(fastest.certificate.bound, proved) <= longest:
+        text += f": at most {most:.6g} rad/s on the grid of {cells} cells, others may be faster"
         return OptimStatus.INACCURATE, text
     free = _fastest(replace(problem, torque=problem.torque * FREE_TORQUE, mu=None, zmp=False))
     words = ""
@@ -324,13 +343,13 @@ def _too_fast(problem: GridProblem, longest: float, fastest: Answer) -> tuple[Op
         fast = problem.cap > problem.profiles.nodes.lift_off_rate and problem.min_normal == 0
         why = "the foot lifts off" if fast and problem.periodic else "another limit is missed"
         words = f" (above {above:.6g} rad/s {why} whatever the motor and the floor)"
-    text = f"mean_rate = {asked:.6g} rad/s cannot be met: at most {most:.6g} rad/s within the"
-    return OptimStatus.INFEASIBLE, f"{text} limits{words}"
+    text += f" cannot be met: at most {most:.6g} rad/s within the limits{words} on the grid of"
+    return OptimStatus.INFEASIBLE, f"{text} {cells} cells, none above {turn / proved:.6g} rad/s"
 
 
 def _fastest(problem: GridProblem) -> Answer | Ended:
     """The gait of the least time."""
-    return answered(replace(problem, goal=goal_of("time", 0.0), longest=None), every=False)
+    return answered(replace(problem, goal=goal_of("time", 0.0), longest=None))
 
 
 def _needed_rates(problem: GridProblem) -> list[str]:

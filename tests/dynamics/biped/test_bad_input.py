@@ -40,7 +40,8 @@ BAD = {
         lambda: replace(default_params("float32"), payload=[1.0]), "payload", "[1.0]", "array"
     ),
     "zero length": (lambda: bars(crank_length=0.0), "crank", "0.0", "> 0"),
-    "negative mass": (lambda: bars(hip_mass=-0.7), "hip_mass", "-0.7", ">= 0"),
+    "negative length": (lambda: bars(femur=-1.0), "femur", "-1.0", "a finite number > 0"),
+    "infinite gravity": (lambda: bars(gravity=np.inf), "gravity", "inf", "a finite number > 0"),
     "no mass at all": (
         lambda: bars(bar_density=0.0, hip_mass=0.0, foot_mass=0.0), "total mass", "0.0", "> 0",
     ),
@@ -48,6 +49,16 @@ BAD = {
     "unknown field": (lambda: replaced(shin=1.0), "shin", "'shin'", "tibia"),
     "no duration": (lambda: walk(duration=0.0), "duration", "0.0", "> 0"),
     "too few torques": (lambda: walk(torque=jnp.ones(7)), "torque", "(7,)", "100"),
+    "a torque that is not hashable": (
+        lambda: walk(torque=type("Pull", (), {"__call__": abs, "__hash__": None})()),
+        "torque", "object at", "a hashable function",
+    ),
+    "a torque by NumPy": (
+        lambda: walk(torque=lambda now: np.sin(now.time)), "torque", "<lambda>", "jax.numpy"
+    ),
+    "a torque with an if": (
+        lambda: walk(torque=lambda now: 1.0 if now.time > 0 else 0.0), "torque", "<", "jax.numpy"
+    ),
     "unknown fidelity": (lambda: walk(fidelity="coarse"), "fidelity", "'coarse'", "'table'"),
     "unknown integrator": (
         lambda: walk(integrator="leapfrog"), "integrator", "'leapfrog'", "'rk4_split'"

@@ -13,13 +13,11 @@ from stickslip.dynamics.biped.contact import ankle_moment
 from stickslip.dynamics.biped.inertia import body_masses
 from stickslip.dynamics.biped.joints import DifferencedInertia, JointInertia, link_motion
 from stickslip.dynamics.biped.links import LINK_OF_BODY, least_closure
-from stickslip.dynamics.biped.params import NON_NEGATIVE, POSITIVE
+from stickslip.dynamics.names import LENGTHS
 from tests.dynamics.biped.helpers import default_params
 
 COUNT = 256
 """Robots, and instants, in every call."""
-
-LENGTHS = tuple(n for n in (*POSITIVE, *NON_NEGATIVE) if n not in ("gravity", "payload"))
 
 
 @lru_cache

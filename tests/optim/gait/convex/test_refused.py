@@ -29,8 +29,9 @@ def test_a_mean_rate_above_the_fastest_is_named_with_the_fastest():
     found = solve(periodic("energy", mu=0.06, mean_rate=9.0, steps=60))
     assert found.status is OptimStatus.INFEASIBLE
     fastest = np.pi / solved("time", mu=0.06, steps=60).value
-    said = re.search(r"at most ([0-9.]+) rad/s within the limits", found.message)
+    said = re.search(r"at most ([0-9.]+) rad/s .*, none above ([0-9.]+) rad/s", found.message)
     assert float(said[1]) == pytest.approx(fastest, rel=1e-4)
+    assert float(said[2]) > float(said[1])
     lifted = solve(periodic("energy", mu=0.06, mean_rate=90.0, steps=60))
     assert "the foot lifts off whatever the motor and the floor" in lifted.message
 
@@ -51,6 +52,20 @@ def test_the_limit_that_cannot_be_met_is_named(problem, said: str):
     assert found.status is OptimStatus.INFEASIBLE
     assert re.search(said, found.message), found.message
     assert found.x is None
+
+
+@pytest.mark.parametrize("mu", [0.0, 1e-6])
+def test_a_friction_below_the_grids_own_error_is_not_called_infeasible(mu: float):
+    """With P x crank rate constant the foot needs no friction, so a gait exists at any."""
+    for problem in (
+        periodic(mu=mu, mean_rate=3.0, steps=60),
+        periodic(mu=mu, mean_rate=3.0, zmp=True, steps=60),
+        transfer(1, mu=mu, start_rate=3.0, end_rate=3.0, steps=60),
+    ):
+        found = solve(problem)
+        assert found.status in (OptimStatus.INACCURATE, OptimStatus.VIOLATED), found.message
+        said = f"a grid of 60 cells cannot resolve so small a friction as mu = {mu:g}"
+        assert said in found.message
 
 
 def test_too_slow_a_torque_and_the_fewest_steps_to_a_rate_are_told():
@@ -79,6 +94,7 @@ def test_a_solver_that_gives_up_is_not_called_optimal(monkeypatch):
         ({"mean_rate": float("nan")}, "mean_rate = nan"),
         ({"steps": 4}, "steps = 4"),
         ({"steps": 10**12}, "nodes, about"),
+        ({"cells": 4}, "steps = 4"),
         ({"objective": {"time": 0.0}}, "a weight above 0"),
         ({"objective": {"tine": 1.0}}, "did you mean time"),
         ({"objective": {"friction": 1.0, "time": 1.0}}, "mu as a limit"),
