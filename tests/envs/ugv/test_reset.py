@@ -91,7 +91,7 @@ def test_observations_stay_inside_the_bounds(criterion):
     ("ranges", "message"),
     [
         (UGVRandomisation(friction=(1.0, 0.5)), r"friction = \(1\.0, 0\.5\) has low > high"),
-        (UGVRandomisation(start_angles=(0.1, 1.0)), r"leg_angles = 0\.1 rad"),
+        (UGVRandomisation(start_angles=(0.1, 1.0)), r"start_angles = 0\.1 rad"),
         (UGVRandomisation(RandomTrack()), r"bump_height and roughness are None"),
         (UGVRandomisation(RandomTrack((0.0, 0.1), waves=0)), r"waves = 0; accepted: an integer"),
     ],
