@@ -66,10 +66,8 @@ def require_known(names: Iterable[str], known: Iterable[str], what: str = "field
     known = tuple(known)
     for name in names:
         if name not in known:
-            raise ValueError(
-                f"{shown(name)} is no {what}; accepted: {', '.join(known) or 'none'}"
-                f"{nearest(name, known)}"
-            )
+            accepted = f"{', '.join(known) or 'none'}{nearest(name, known)}"
+            raise ValueError(f"{shown(name)} is no {what}; accepted: {accepted}")
 
 
 def require_that(good: object, name: str, value: Any, accepted: str) -> None:

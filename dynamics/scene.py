@@ -188,9 +188,7 @@ def _check_patches(floor: Patches) -> None:
         raise ValueError(f"edges has shape {edges}; accepted: at least one floor position [m]")
     for name, shape in (("mu_static", mu_static), ("mu_kinetic", mu_kinetic)):
         if len(shape) == 0 or shape[-1] != edges[-1] + 1:
-            raise ValueError(
-                f"{name} has shape {shape}; accepted: one more entry than edges, "
-                f"here {edges[-1] + 1}"
-            )
+            given = f"{name} has shape {shape}"
+            raise ValueError(f"{given}; accepted: one more entry than edges, here {edges[-1] + 1}")
     require_broadcast(mu_static=floor.mu_static, mu_kinetic=floor.mu_kinetic)
     checks.require_increasing("edges", floor.edges, EDGES)

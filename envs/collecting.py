@@ -199,10 +199,8 @@ def _bytes_of_a_step(program: _Program, structure: Any, shapes: tuple[Any, ...])
     action = jax.eval_shape(program.policy, policy_params, obs, key)
     size = (len(program.env.action_names),)
     if getattr(action, "shape", None) != size:
-        raise ValueError(
-            f"the policy's action has shape {getattr(action, 'shape', type(action).__name__)}; "
-            f"accepted: {size}, for {', '.join(program.env.action_names)}"
-        )
+        given = f"the policy's action has shape {getattr(action, 'shape', type(action).__name__)}"
+        raise ValueError(f"{given}; accepted: {size}, for {', '.join(program.env.action_names)}")
     checks.require_known(program.keep, ("obs", "action", "next_obs", *results[5]), "name to keep")
     now = Progress(state, obs, data)
     rows = jax.eval_shape(partial(_one_step, program), (params, policy_params), now)[1]

@@ -166,10 +166,8 @@ class FunctionalEnv(ABC, Generic[State, Params]):
         values = checks.as_real("action", action, SATURATES) if concrete and not plain else action
         shape = (*batch, len(self.action_names))
         if np.shape(values) != shape:
-            raise ValueError(
-                f"action has shape {np.shape(values)}; accepted: {shape}, "
-                f"one number for each of {', '.join(self.action_names)}"
-            )
+            accepted = f"{shape}, one number for each of {', '.join(self.action_names)}"
+            raise ValueError(f"action has shape {np.shape(values)}; accepted: {accepted}")
         if not concrete or (np.abs(values) <= 1).all():  # false for NaN
             return values
         for place in np.argwhere(~np.isfinite(values)).tolist():

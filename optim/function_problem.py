@@ -182,10 +182,8 @@ def _computed(function: Function, data: PyTree, x: Array, draw: Array) -> tuple[
     except (TypeError, ValueError) as error:
         raise ValueError(f"function returned {shown(found)}; accepted: {ACCEPTED}") from error
     if values.ndim > 1 or margins.ndim > 1 or values.size == 0:
-        raise ValueError(
-            f"function returned values {values.shape}, margins {margins.shape}; accepted: "
-            f"{ACCEPTED}"
-        )
+        given = f"function returned values {values.shape}, margins {margins.shape}"
+        raise ValueError(f"{given}; accepted: {ACCEPTED}")
     return values, margins
 
 

@@ -99,10 +99,8 @@ class TrainConfig(Configuration):
         if self.payload is not None and self.random_payload is not None:
             raise ValueError("payload with random_payload; accepted: one of them")
         if self.mu_kinetic is not None and self.mu_static is None:
-            raise ValueError(
-                f"mu_kinetic = {self.mu_kinetic} without mu_static; accepted: both, mu_static "
-                "alone or neither"
-            )
+            given = f"mu_kinetic = {self.mu_kinetic} without mu_static"
+            raise ValueError(f"{given}; accepted: both, mu_static alone or neither")
 
 
 class BipedMachine(Machine["BipedEnv", "BipedEnvParams", TrainConfig]):

@@ -156,10 +156,8 @@ def _require_options(options: Options, machine: Machine) -> None:
     """Raise ValueError for options of another machine, or that contradict each other."""
     for name, other in every_option().items():
         if name not in machine.options and options[name] is not None:
-            raise ValueError(
-                f"--{name} is for the {other.title}; accepted: a policy or baseline of the "
-                f"{other.title}"
-            )
+            given = f"--{name} is for the {other.title}"
+            raise ValueError(f"{given}; accepted: a policy or baseline of the {other.title}")
     for name in options.get("changes") or {}:
         part, parts = name.partition(".")[0], machine.configuration.PARTS
         require_choice("the part of --set", part, parts)

@@ -133,10 +133,8 @@ def _results_of(named: Named) -> Iterator[Result]:
                 yield Result(task, policy=named.name)
         return
     if (task := named_task_of(named.metadata)) is None:
-        raise ValueError(
-            f"{named.name} was trained on no named task; accepted: policies of `stickslip train "
-            "MACHINE --task NAME`"
-        )
+        given = f"{named.name} was trained on no named task"
+        raise ValueError(f"{given}; accepted: policies of `stickslip train MACHINE --task NAME`")
     yield replace(Result(task.name, policy=named.name), **_training(policy_path(named.name)))
 
 

@@ -151,10 +151,8 @@ def _method(name: str, one: Optimiser | str) -> Method:
         except (ImportError, AttributeError, ValueError) as error:
             raise ValueError(f"method {one}: {error}; accepted: MODULE:FUNCTION") from error
     if name in METHODS or not name.strip() or len(name) > 80:
-        raise ValueError(
-            f"method {shown(name)}; accepted: a name of your own, of up to 80 characters, that "
-            "none of METHODS has"
-        )
+        accepted = "a name of your own, of up to 80 characters, that none of METHODS has"
+        raise ValueError(f"method {shown(name)}; accepted: {accepted}")
     if not callable(one):
         raise ValueError(f"method {name}: {shown(one)}; accepted: a function of objective and seed")
     return Method(name, one)

@@ -278,10 +278,8 @@ def record_of(name: str) -> Record:
     task = named_task_of(metadata)
     earned, trained = metadata.get(EARNED), metadata.get(TRAINED)
     if task is None or not isinstance(earned, dict) or not isinstance(trained, dict):
-        raise ValueError(
-            f"{path}: it lacks its task or its record; accepted: as `python -m benchmarks.policies`"
-            f" writes it, not {shown(sorted(metadata))}"
-        )
+        accepted = f"as `python -m benchmarks.policies` writes it, not {shown(sorted(metadata))}"
+        raise ValueError(f"{path}: it lacks its task or its record; accepted: {accepted}")
     trained = {entry: one for entry, one in trained.items() if entry != "command"}
     return Record(name, path, task, policy.layer_sizes, earned, trained)
 

@@ -68,10 +68,8 @@ class MLPPolicy:
         for name in ("weights", "biases"):
             checks.require_kind(name, getattr(self, name), (tuple, list), "a tuple of arrays")
         if not self.weights or len(self.weights) != len(self.biases):
-            raise ValueError(
-                f"{len(self.weights)} weights with {len(self.biases)} biases; accepted: as many of "
-                "each, at least one"
-            )
+            given = f"{len(self.weights)} weights with {len(self.biases)} biases"
+            raise ValueError(f"{given}; accepted: as many of each, at least one")
         self._check_shapes()
         checks.require_integer("history", self.history, low=0, high=MOST_FRAMES)
         inputs, actions, seen = self.layer_sizes[0], self.layer_sizes[-1], self.observation_size

@@ -84,10 +84,8 @@ def open_store(path: Path, kind: str, content: Head, resume: bool) -> Head:
         names = ", ".join(sorted(held)[:5])
         raise ValueError(f"{path} holds {names}, but no {kind}; accepted: a new directory")
     if held and not resume:
-        raise ValueError(
-            f"{path} exists and is not empty; accepted: a new directory, or --resume to continue "
-            f"the {kind} in it"
-        )
+        accepted = f"a new directory, or --resume to continue the {kind} in it"
+        raise ValueError(f"{path} exists and is not empty; accepted: {accepted}")
     if held:
         found = read_head(path, kind)
         if found["digest"] != digest_of(definition):

@@ -70,10 +70,8 @@ def read_sweep(path: str | Path) -> pa.Table:
     path = Path(path)
     files, count, parts = cell_files(path, "sweep"), read_head(path, "sweep")["cells"], []
     if len(files) < count:
-        raise ValueError(
-            f"{path} holds {len(files)} of {count} cells; accepted: a complete sweep, --resume "
-            "continues it"
-        )
+        given = f"{path} holds {len(files)} of {count} cells"
+        raise ValueError(f"{given}; accepted: a complete sweep, --resume continues it")
     for file in files.values():
         with reading(file, CELL_FILE):
             parts.append(parquet.read_table(file, page_checksum_verification=True))

@@ -127,10 +127,8 @@ def _opened(plan: Plan, path: Path, cell: int | None, resume: bool) -> Plan:
     if not isinstance(size, int) or not 0 < size <= plan.of_case or begun.cells != head["cells"]:
         raise ValueError(f"{path / 'sweep.json'}: cell = {size}; accepted: the file as written")
     if cell is not None and plan.cell != size:
-        raise ValueError(
-            f"cell = {cell}, but {path} was begun with cells of {size}; accepted: to resume "
-            "without it"
-        )
+        given = f"cell = {cell}, but {path} was begun with cells of {size}"
+        raise ValueError(f"{given}; accepted: to resume without it")
     return begun
 
 
@@ -157,10 +155,8 @@ def _planned(given: Options) -> Plan:
     for text in given["axis"]:
         name, _, values = text.partition("=")
         if not name or not values or name in axes:
-            raise ValueError(
-                f"--axis {shown(text)}; accepted: NAME=VALUES, each name once, with values as "
-                f"{FORMS}"
-            )
+            accepted = f"NAME=VALUES, each name once, with values as {FORMS}"
+            raise ValueError(f"--axis {shown(text)}; accepted: {accepted}")
         axes[name] = values
     options = {name: given.get(name) for name in every_option()}
     options["changes"] = given.get("changes")  # none of a machine without parts

@@ -156,10 +156,8 @@ def _range(text: str) -> tuple[float, ...]:
     count = int(found[3])
     good = -math.inf < low < high < math.inf and (low > 0 or not log)
     if not good or not 2 <= count <= MOST_VALUES:
-        raise ValueError(
-            f"{shown(text)}; accepted: finite LOW < HIGH, LOW > 0 with log, 2 to {MOST_VALUES:,} "
-            "values"
-        )
+        accepted = f"finite LOW < HIGH, LOW > 0 with log, 2 to {MOST_VALUES:,} values"
+        raise ValueError(f"{shown(text)}; accepted: {accepted}")
     return tuple((np.geomspace if log else np.linspace)(low, high, count).tolist())
 
 

@@ -116,10 +116,8 @@ class Configuration:
         """Raise ValueError for a number outside the range that is drawn in its place."""
         value, ends = getattr(self, name), getattr(self, drawn)
         if ends is not None and not ends[0] <= value <= ends[1]:
-            raise ValueError(
-                f"{name} = {value} outside {drawn} = {ends}, which is drawn in its place; "
-                "accepted: a number inside"
-            )
+            given = f"{name} = {value} outside {drawn} = {ends}, which is drawn in its place"
+            raise ValueError(f"{given}; accepted: a number inside")
 
     def _require_room(self, observation: int) -> None:
         """Raise ValueError for networks that no policy file holds, and for samples that no memory

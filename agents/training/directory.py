@@ -77,10 +77,8 @@ def open_run(path: Path, config: Configuration | None, *, resume: bool = False) 
     if config is None:
         raise ValueError("config is missing; accepted: a TrainConfig, or resume=True")
     if path.exists() and not all(_is_left(one) for one in path.iterdir()):
-        raise ValueError(
-            f"{path} exists and is not empty; accepted: a new directory, or --resume to go on with "
-            "the run in it"
-        )
+        accepted = "a new directory, or --resume to go on with the run in it"
+        raise ValueError(f"{path} exists and is not empty; accepted: {accepted}")
     path.mkdir(parents=True, exist_ok=True)
     _sweep(path)
     files.write_whole(path / CONFIG, config.to_json())  # from here on it is a run
@@ -126,20 +124,16 @@ def only_writer(path: Path, doing: str = "training") -> Iterator[None]:
 def _resumed(path: Path, config: Configuration | None) -> Run:
     found, digest = read_config(path), digest_of(untrusted.read_text(path / CONFIG))
     if config is not None and config != found:
-        raise ValueError(
-            f"{path} was begun with another configuration; accepted: to resume without changing "
-            "it, or a new directory"
-        )
+        given = f"{path} was begun with another configuration"
+        raise ValueError(f"{given}; accepted: to resume without changing it, or a new directory")
     _sweep(path)
     checkpoints = list_checkpoints(path / "checkpoints")
     if not checkpoints:
         return Run(path, found, None, TrainState(0, 0.0, digest))
     state = read_state(checkpoints[-1])
     if state.config != digest:
-        raise ValueError(
-            f"{checkpoints[-1]} belongs to another configuration than {path / CONFIG}; accepted: "
-            "the configuration that it was made with"
-        )
+        given = f"{checkpoints[-1]} belongs to another configuration than {path / CONFIG}"
+        raise ValueError(f"{given}; accepted: the configuration that it was made with")
     return Run(path, found, checkpoints[-1], state)
 
 
@@ -221,10 +215,8 @@ class MetricsFile:
         self.path, self.columns = path, ("timesteps", *columns)
         found = read_columns(path)
         if found and tuple(found) != self.columns:
-            raise ValueError(
-                f"{path}: its columns are {shown(list(found))}; accepted: those of this run, "
-                f"{', '.join(self.columns)}"
-            )
+            given = f"{path}: its columns are {shown(list(found))}"
+            raise ValueError(f"{given}; accepted: those of this run, {', '.join(self.columns)}")
         rows = (row for row in zip(*found.values(), strict=True) if row[0] <= upto)
         files.write_whole(path, csv_line(self.columns) + "".join(map(_line, rows)))
 

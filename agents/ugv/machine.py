@@ -106,10 +106,8 @@ def require_ground(name: str) -> None:
     Whether a file is there is asked when it is read: a configuration outlives the files it names.
     """
     if name not in TRACK_NAMES and not Path(name).suffix:
-        raise ValueError(
-            f"track {shown(name)} is unknown; accepted: {', '.join(TRACK_NAMES)}, or a file of "
-            f"points{nearest(name, TRACK_NAMES)}"
-        )
+        accepted = f"{', '.join(TRACK_NAMES)}, or a file of points{nearest(name, TRACK_NAMES)}"
+        raise ValueError(f"track {shown(name)} is unknown; accepted: {accepted}")
 
 
 class UGVMachine(Machine["UGVEnv", "UGVEnvParams", UGVTrainConfig]):

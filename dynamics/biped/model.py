@@ -163,10 +163,8 @@ def prepare(
     """
     if isinstance(params, BipedModel):
         if payload is not None:
-            raise ValueError(
-                "payload in a scene for a model that is prepared already; accepted: "
-                "prepare(params, payload=...) and a scene without"
-            )
+            given = "payload in a scene for a model that is prepared already"
+            raise ValueError(f"{given}; accepted: prepare(params, payload=...) and a scene without")
         return params
     require_kind("params", params, BipedParams, "a BipedParams or a BipedModel")
     pytrees.require_numeric(**vars(params))

@@ -145,10 +145,8 @@ class UGVParams:
             )
         low, high = np.asarray(self.leg_angle_min), np.asarray(self.leg_angle_max)
         if np.any(low > high) or np.any(high > np.pi):
-            raise ValueError(
-                f"leg_angle_min = {low}, leg_angle_max = {high} is not accepted; "
-                "accepted: 0 <= leg_angle_min <= leg_angle_max <= pi [rad]"
-            )
+            given = f"leg_angle_min = {low}, leg_angle_max = {high} is not accepted"
+            raise ValueError(f"{given}; accepted: 0 <= leg_angle_min <= leg_angle_max <= pi [rad]")
         folded = 2 * np.asarray(self.leg_length) * np.cos(low)
         if np.any(np.asarray(self.body_length) <= folded):
             raise ValueError(

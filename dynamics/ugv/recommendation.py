@@ -125,10 +125,8 @@ def ground_of(track: Track | str) -> str:
     shape = track.shape
     if isinstance(shape, Spline):
         if shape.coefficients.shape[-1] < 3:
-            raise ValueError(
-                "track has straight pieces with kinks, for which nothing is promised; accepted: "
-                "smooth ground"
-            )
+            given = "track has straight pieces with kinks, for which nothing is promised"
+            raise ValueError(f"{given}; accepted: smooth ground")
         return "spline"
     if isinstance(shape, Waves):
         return "waves"

@@ -125,10 +125,8 @@ class SB3VecEnv(Compiled, VecEnv):
 
     def set_attr(self, attr_name: str, value: Any, indices: Any = None) -> None:
         """ValueError: the parameters are compiled in."""
-        raise ValueError(
-            f"{attr_name!r} cannot be set; accepted: set_options for an episode, or a new "
-            "SB3VecEnv with other parameters"
-        )
+        accepted = "set_options for an episode, or a new SB3VecEnv with other parameters"
+        raise ValueError(f"{attr_name!r} cannot be set; accepted: {accepted}")
 
     def env_method(
         self, method_name: str, *method_args: object, indices: Any = None, **method_kwargs: object

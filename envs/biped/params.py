@@ -73,10 +73,8 @@ class Randomisation:
             low, high = rule.get("low", -np.inf), rule.get("high", np.inf)
             functional.require_range(one.name, getattr(self, one.name), low, high=high)
         if self.command_interval is not None and self.mean_rate is None:
-            raise ValueError(
-                f"command_interval = {self.command_interval} without mean_rate; accepted: "
-                "with the range that commands are drawn from"
-            )
+            given = f"command_interval = {self.command_interval} without mean_rate"
+            raise ValueError(f"{given}; accepted: with the range that commands are drawn from")
         return self
 
 

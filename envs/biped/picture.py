@@ -56,10 +56,8 @@ def stretches_of(floor: Floor) -> tuple[Stretch, ...]:
     edges = np.asarray(floor.edges, float) if isinstance(floor, Patches) else np.empty(0)
     static, kinetic = (np.asarray(mu, float) for mu in (floor.mu_static, floor.mu_kinetic))
     if edges.ndim > 1 or static.ndim > (1 if isinstance(floor, Patches) else 0):
-        raise ValueError(
-            "scene holds a batch of floors; accepted: one floor, for instance "
-            "jax.tree.map(lambda leaf: leaf[0], scene)"
-        )
+        accepted = "one floor, for instance jax.tree.map(lambda leaf: leaf[0], scene)"
+        raise ValueError(f"scene holds a batch of floors; accepted: {accepted}")
     ends = [-FAR, *np.clip(edges, -FAR, FAR).tolist(), FAR]
     mus = np.broadcast_arrays(static, kinetic, np.empty(len(edges) + 1))[:2]
     found = []

@@ -50,10 +50,8 @@ class Mechanism:
 
     def __init__(self, params: BipedParams):
         if any(np.ndim(value) for value in (params.crank, params.tibia, params.toe)):
-            raise ValueError(
-                "params holds a batch of robots; accepted: one robot, for instance "
-                "jax.tree.map(lambda leaf: leaf[0], params)"
-            )
+            accepted = "one robot, for instance jax.tree.map(lambda leaf: leaf[0], params)"
+            raise ValueError(f"params holds a batch of robots; accepted: {accepted}")
         single = jax.tree.map(lambda leaf: np.asarray(leaf, np.float32), params)
         try:
             self._params = jax.device_put(single, jax.local_devices(backend="cpu")[0])

@@ -181,10 +181,8 @@ def known_of(task: TaskDefinition) -> Known | None:
     if content is None:
         return None
     if content["digest"] != task.digest:
-        raise ValueError(
-            f"{FILE}: {task.name} was measured by another definition; accepted: the file as "
-            "`python -m benchmarks.tasks` writes it"
-        )
+        given = f"{FILE}: {task.name} was measured by another definition"
+        raise ValueError(f"{given}; accepted: the file as `python -m benchmarks.tasks` writes it")
     learned = content.get("learned")
     return Known(
         episodes=content["episodes"],

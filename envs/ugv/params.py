@@ -150,10 +150,8 @@ class UGVEnvParams:
         one; of numbers, also inside a trace of other things."""
         start, end, spacing = map(np.asarray, (self.start, self.end, self.spacing))
         if not np.all((end - start) / spacing + 1e-3 >= 1):
-            raise ValueError(
-                f"start = {self.start}, end = {self.end} with spacing = {self.spacing}; "
-                "accepted: start + spacing <= end [m]"
-            )
+            given = f"start = {self.start}, end = {self.end} with spacing = {self.spacing}"
+            raise ValueError(f"{given}; accepted: start + spacing <= end [m]")
         farthest = np.maximum(np.abs(start), np.abs(end))
         digit = np.spacing(farthest.astype(dtype)).astype(np.float64)
         if np.any(digit > COARSEST * spacing.astype(np.float64)):

@@ -90,10 +90,8 @@ def read_track(path: str | Path, interpolation: str = "cubic", **treatments: Any
 def require_track(name: str, known: Iterable[str]) -> None:
     """Raise ValueError for what is neither the known name of a track nor a file."""
     if name not in known and not Path(name).exists():
-        raise ValueError(
-            f"track {name!r} is neither a name nor a file; accepted: {', '.join(known)}, or a file "
-            "of points (x and y, or GPX)"
-        )
+        accepted = f"{', '.join(known)}, or a file of points (x and y, or GPX)"
+        raise ValueError(f"track {name!r} is neither a name nor a file; accepted: {accepted}")
 
 
 def read_survey(path: str | Path, interpolation: str = "cubic", **treatments: Any) -> Survey:

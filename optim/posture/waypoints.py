@@ -101,10 +101,8 @@ def waypoints_along(
     else:
         begin, why = float(start), ""
     if not begin < last:
-        raise ValueError(
-            f"start = {begin:.6g} m{why}, end = {last:.6g} m; accepted: start < end "
-            "on a track longer than the longest wheelbase"
-        )
+        accepted = "start < end on a track longer than the longest wheelbase"
+        raise ValueError(f"start = {begin:.6g} m{why}, end = {last:.6g} m; accepted: {accepted}")
     with np.errstate(over="ignore"):
         pieces = np.maximum(np.ceil(np.float64(last - begin) / float(spacing) - 1e-9), 1)
     given = f"spacing = {float(spacing)!r} m from start = {begin:.6g} m to end = {last:.6g} m"

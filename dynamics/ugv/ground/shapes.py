@@ -314,10 +314,8 @@ def require_function(function: Any, points: np.ndarray) -> None:
     for name, values in zip(("height", "slope", "second derivative"), found, strict=True):
         values = np.asarray(values)
         if len(bad := np.flatnonzero(~np.isfinite(values))):
-            raise ValueError(
-                f"the {name} of function at x = {points[bad[0]]:g} is {values[bad[0]]}; "
-                "accepted: finite"
-            )
+            given = f"the {name} of function at x = {points[bad[0]]:g} is {values[bad[0]]}"
+            raise ValueError(f"{given}; accepted: finite")
 
 
 def _bend(z: Values, joint: Values) -> Profile:

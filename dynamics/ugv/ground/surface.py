@@ -54,10 +54,8 @@ class Surface:
         require_number("factors", self.factors, low=0.0, accepted="finite factors >= 0")
         shape = np.shape(self.knots)
         if not shape or shape[-1] < 2 or np.shape(self.factors) != shape:
-            raise ValueError(
-                f"knots of shape {shape}, factors of shape {np.shape(self.factors)}; accepted: [n] "
-                "of each, n >= 2"
-            )
+            given = f"knots of shape {shape}, factors of shape {np.shape(self.factors)}"
+            raise ValueError(f"{given}; accepted: [n] of each, n >= 2")
         require_increasing("knots", self.knots, accepted)
         return self
 

@@ -112,10 +112,8 @@ def require_folder(out: str | Path) -> None:
     """Raise ValueError for an --out that is to be a directory and is named as a file."""
     path = Path(out)
     if path.suffix.lower() in FILES and not path.is_dir():
-        raise ValueError(
-            f"--out {path} ends in {path.suffix!r}; accepted: a directory, in which the files get "
-            "names of their own"
-        )
+        accepted = "a directory, in which the files get names of their own"
+        raise ValueError(f"--out {path} ends in {path.suffix!r}; accepted: {accepted}")
 
 
 def require_suffix(path: Path, accepted: tuple[str, ...]) -> None:

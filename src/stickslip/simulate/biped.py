@@ -116,10 +116,8 @@ def scene_of(given: Namespace) -> Scene:
     if edges is not None:
         return Scene.patches(edges, static, kinetic, **options)
     if len(static) > 1 or len(kinetic or ()) > 1:
-        raise ValueError(
-            "several numbers of friction without --edges; accepted: one number, or --edges too, "
-            "one fewer of them than numbers"
-        )
+        accepted = "one number, or --edges too, one fewer of them than numbers"
+        raise ValueError(f"several numbers of friction without --edges; accepted: {accepted}")
     return Scene.uniform(static[0], kinetic[0] if kinetic else None, **options)
 
 

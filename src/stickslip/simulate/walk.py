@@ -148,10 +148,8 @@ def _require_power(walk: Walk, limit: float, max_power: float | None) -> None:
     given = {"torque_limit": (np.abs(torques), limit, "N m"), "max_power": (power, max_power, "W")}
     for name, (values, most, unit) in given.items():
         if most is not None and np.max(values, initial=0.0) > most:
-            raise ValueError(
-                f"--rate needs {np.max(values):.3g} {unit}; accepted: at most {name} = {most:g} "
-                f"{unit} of the robot's motor"
-            )
+            accepted = f"at most {name} = {most:g} {unit} of the robot's motor"
+            raise ValueError(f"--rate needs {np.max(values):.3g} {unit}; accepted: {accepted}")
 
 
 def _trimmed(path: biped.Trajectory) -> tuple[biped.Trajectory, Status]:
