@@ -48,17 +48,3 @@ def test_without_a_price_it_is_the_fastest_gaits_tracking():
     fastest = solve(GaitProblem.periodic(robot(), mu=0.06, torque_limit=4.0, zmp=True, steps=40))
     tracking = fastest.best.mean_rate / 15.0
     assert tracking <= found.value <= 1.04 * tracking
-
-
-@pytest.mark.parametrize(
-    ("given", "said"),
-    [
-        ({"mean_rate": 0.0}, "mean_rate"),
-        ({"energy_weight": -1.0}, "energy_weight"),
-        ({"torque_limit": 0.05}, "no gait"),
-    ],
-)
-def test_bad_numbers_are_refused(given, said):
-    whole = {"mean_rate": 3.0, "mu": 0.06, "torque_limit": 4.0, "cells": 20} | given
-    with pytest.raises(ValueError, match=said):
-        bound_steady_reward(robot(), **whole)

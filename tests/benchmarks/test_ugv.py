@@ -56,21 +56,6 @@ def test_every_setting_that_is_recommended_had_no_wrong_status(content):
             assert wrong[ground, point["place"], point["solver"], point["dtype"]] == 0
 
 
-def test_what_no_other_of_its_kind_beats_is_recommended_equals_with_it():
-    numbers = {"cheap": (1, 1e-2, 0.0), "fine": (2, 1e-4, 1e-5), "slow": (3, 1e-4, 0.0)}
-    numbers |= {"equal": (3, 1e-4, 0.0), "beaten": (4, 1e-3, 1e-3)}
-    content = {"costs": [], "promise": []}
-    for solver, dtype in (*((name, "float64") for name in numbers), ("beaten", "float32")):
-        names = {"ground": "closed", "solver": solver, "dtype": dtype}
-        cost, *off = numbers[solver]
-        content["costs"].append({**names, "batch": 1, "cost": cost})
-        row = {name: [0.0, one, one] for name, one in zip(("torque", "contact"), off, strict=True)}
-        content["promise"].append({**names, **row, "place": "near", "poses": 1, "wrong": 0})
-    found = [(p["solver"], p["dtype"]) for p in command.recommended(content)]
-    unbeaten = ("cheap", "fine", "slow", "equal")
-    assert found == [*((name, "float64") for name in unbeaten), ("beaten", "float32")]
-
-
 def test_promises_hold_on_the_poses_held_out(content):
     kept = [row for row in content["promise"] if row["wrong"] == 0]
     assert {(row["ground"], row["place"]) for row in kept} == {

@@ -77,9 +77,8 @@ def test_the_power_of_wheel_motors_limits_their_torque():
     given |= {"motor.max_power": "250 W", "vehicle.wheel_radius": 0.3}
     assert UGVParams.with_motor(None, given).motor == {"max_torque": 90.0}
     assert UGVParams.with_motor(None, {"motor.torque_limit": "3"}).motor == {"max_torque": 3.0}
-    with pytest.raises(
-        ValueError, match=r"motor\.max_power = .* with motor\.speed = .*accepted: both"
-    ):
+    said = r"motor\.max_power = .* with motor\.speed = .*accepted: both"
+    with pytest.raises(ValueError, match=said):
         UGVParams.with_motor(None, {"motor.max_power": "250 W"})
     with pytest.raises(ValueError, match=r"motor\.speed = 0\.0 is not accepted"):
         UGVParams.with_motor(None, given | {"motor.speed": 0.0})

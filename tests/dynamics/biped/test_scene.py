@@ -2,7 +2,6 @@
 
 from dataclasses import replace
 from functools import partial
-from typing import NamedTuple
 
 import jax
 import jax.numpy as jnp
@@ -12,7 +11,7 @@ import pytest
 from stickslip.dynamics import Scene, Status
 from stickslip.dynamics.biped import floor_position, simulate, step
 from stickslip.dynamics.biped.contact import patch_at
-from tests.dynamics.biped.helpers import RECORDING, default_model, state_of
+from tests.dynamics.biped.helpers import FINE, RECORDING, default_model, default_params, state_of
 from tests.trees import assert_same
 
 COUNT = 200
@@ -62,6 +61,10 @@ def test_a_sliding_foot_takes_the_friction_of_the_side_it_is_on(float64):
     np.testing.assert_allclose(left.foot_position, edge, atol=1e-11)
     right = go(uniform(0.02), left, 0.2, duration - time).final
     close(whole.final, right, rtol=1e-8, atol=1e-10)
+    ratio = np.asarray(whole.contacts.friction_force / whole.contacts.normal_force)
+    over = np.asarray(whole.states.foot_position[1:]) > edge
+    np.testing.assert_allclose(ratio[over], -0.02, rtol=1e-12)
+    np.testing.assert_allclose(ratio[~over], -0.1, rtol=1e-12)
 
 
 def test_a_floor_moved_by_whole_steps_is_met_as_many_steps_later(float64):
@@ -104,6 +107,19 @@ def test_ice_begins_where_the_foot_lands_on_it(float64):
             np.testing.assert_allclose(ratio, -mu, rtol=1e-12)
 
 
+@pytest.mark.long
+def test_a_scene_s_payload_walks_as_the_robot_s_own_does(float64):
+    params = default_params().replace(payload=jnp.asarray(0.0))  # as what is loaded: one program
+    loaded, floor = params.replace(payload=jnp.asarray(2.0)), Scene.grip(outputs="state")
+    scene = replace(floor, payload=2.0)
+    by_scene, by_robot, bare = (
+        simulate(robot, where, state_of(), 1.5, 0.05, 0.01, fidelity=FINE)
+        for robot, where in ((params, scene), (loaded, floor), (params, floor))
+    )
+    close(by_scene, by_robot)
+    assert abs(float(bare.final.phase - by_scene.final.phase)) > 1e-3
+
+
 def test_torque_may_be_a_number_an_array_or_a_function_of_the_state(float64):
     number = go(Scene.grip(), state_of(), 0.9)
     function = simulate(
@@ -113,18 +129,15 @@ def test_torque_may_be_a_number_an_array_or_a_function_of_the_state(float64):
     np.testing.assert_array_equal(function.torques, 0.9)
 
 
-class Pull(NamedTuple):
+def pull(gain, now):
     """Towards 3 rad/s."""
-
-    gain: float
-
-    def __call__(self, now):
-        return self.gain * (3.0 - now.crank_rate)
+    return gain * (3.0 - now.crank_rate)
 
 
 def test_the_numbers_of_a_torque_that_is_a_pytree_are_traced(float64):
     def torque(gain):
-        return simulate(default_model(), Scene.grip(), state, Pull(gain), 0.02, 0.01).torques[0]
+        drive = jax.tree_util.Partial(pull, gain)
+        return simulate(default_model(), Scene.grip(), state, drive, 0.02, 0.01).torques[0]
 
     state = state_of()
     assert float(jax.grad(torque)(0.2)) == pytest.approx(3.0 - state.crank_rate)
