@@ -106,10 +106,10 @@ def nearest(value: object, known: Iterable[str]) -> str:
         return ""
     import difflib
 
-    given, names = value[:200].lower(), tuple(known)
+    given, names = value[:200].lower(), {name.lower(): name for name in known}
     near = difflib.get_close_matches(given, names, n=1)
     near = near or [name for name in names if len(given) > 2 and name.startswith(given)]
-    return f" (did you mean {near[0]}?)" if near else ""
+    return f" (did you mean {names[near[0]]}?)" if near else ""
 
 
 def memory_limit() -> float:
@@ -179,7 +179,7 @@ def require_number(
     for passed, why in ((good, "is not accepted"), (fits, f"is out of range in {rounded.dtype}")):
         if not np.all(passed):
             bad = array if array.ndim == 0 else array[~passed].flat[0]
-            place = "" if array.ndim == 0 else f" (one of {array.shape})"
+            place = "" if array.size == 1 else f" (one of {array.shape})"
             raise ValueError(f"{name} = {bad[()]}{place} {why}; accepted: {accepted}")
 
 

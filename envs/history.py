@@ -51,9 +51,9 @@ class FrameStack(FunctionalEnv[FrameStackState[State], Params]):
 
     Observation: that of `env`, then the frames, the latest first; a frame is the observation before
     a step and its action. Frames of steps before the episode are zeros. All else is as in `env`,
-    whose `make_params` makes the parameters; resets are as `autoreset` of this environment says. A
-    network trained here plays `env` as `MLPPolicy(..., history=steps)`, which stacks the frames
-    itself. Every adapter takes it.
+    its parameters, too; resets are as `autoreset` of this environment says. A network trained here
+    plays `env` as `MLPPolicy(..., history=steps)`, which stacks the frames itself. Every adapter
+    takes it.
     """
 
     env: FunctionalEnv[State, Params]
@@ -71,6 +71,11 @@ class FrameStack(FunctionalEnv[FrameStackState[State], Params]):
     @property
     def default_params(self) -> Params:
         return self.env.default_params
+
+    def make_params(self, **changes: Any) -> Params:
+        """The parameters that `make_params` of `env` makes."""
+        env: Any = self.env
+        return env.make_params(**changes)
 
     def episode_params(self, params: Params, options: Mapping[str, Any]) -> Params:
         return self.env.episode_params(params, options)

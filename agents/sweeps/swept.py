@@ -71,7 +71,8 @@ class Swept:
             return (shorter[name],)
         short = [one for one in self.aliases if "." not in one]
         first = list(dict.fromkeys([*short, *(one.partition(".")[2] for one in known)]))
-        near = nearest(name, [*known, *first, *self.aliases])
+        others = [one for one in (*known, *first, *self.aliases) if one != name]
+        near = nearest(name, others)
         raise ValueError(
             f"{shown(name)} is no number of this task{near}; accepted: "
             f"{', '.join(first[:LISTED])}{', ...' if len(first) > LISTED else ''}; or with the "

@@ -101,6 +101,7 @@ COMMANDS = {
         {
             "stickslip policies": "all of them",
             "stickslip policies biped-ice": "one in words: how it was trained, what it earns",
+            "stickslip policies runs/mine": "what the policy of a run, or a policy's file, records",
         },
         compiles=False,
     ),

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from stickslip.agents.evaluation.rollout import rollout
-from stickslip.envs import FrameStack, GymEnv, GymVectorEnv, collect
+from stickslip.envs import BipedEnv, FrameStack, GymEnv, GymVectorEnv, collect
 from tests.agents.networks import make_policy
 from tests.envs.toy import Toy, ToyParams
 
@@ -61,6 +61,7 @@ def test_every_adapter_takes_stacked_frames_and_draws_what_is_beneath():
     how = {"num_envs": 2, "steps": 9, "keep": ("obs",)}
     found = collect(FrameStack(Toy(), STEPS), PARAMS, _idle, **how)
     assert found.kept["obs"].shape == (9, 2, len(first))
+    assert FrameStack(BipedEnv(), STEPS).make_params(mean_rate=2.0).mean_rate == 2.0
 
 
 def _idle(_: None, obs: jax.Array, key: jax.Array) -> jax.Array:

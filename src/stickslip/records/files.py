@@ -119,4 +119,5 @@ def require_folder(out: str | Path) -> None:
 def require_suffix(path: Path, accepted: tuple[str, ...]) -> None:
     """Raise ValueError for a path of another kind."""
     if path.suffix.lower() not in accepted:
-        raise ValueError(f"{path} ends in {path.suffix!r}; accepted: {', '.join(accepted)}")
+        what = f"ends in {path.suffix!r}" if path.suffix else "has no ending"
+        raise ValueError(f"{path} {what}; accepted: {', '.join(accepted)}")
