@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from stickslip.dynamics.checks import nearest, require_memory, shown
+from stickslip.dynamics.checks import nearest, require_memory, reraise, shown
 from stickslip.dynamics.machine_file import quantity
 
 if TYPE_CHECKING:
@@ -75,10 +75,8 @@ def read_columns(
     """
     accepted = also + accepted_table(wanted)
     text = read_text(path, accepted, most)
-    try:
+    with reraise("", f"; accepted: {accepted}"):
         return _columns(path, text, wanted, unordered)
-    except ValueError as error:
-        raise ValueError(f"{error}; accepted: {accepted}") from None
 
 
 def _columns(
