@@ -5,7 +5,7 @@ from dataclasses import asdict
 from typing import Any
 
 from stickslip.agents.policy.file import Record, every_record, policy_path, read_metadata, record_of
-from stickslip.agents.policy.shipped import shipped_names, shipped_path
+from stickslip.agents.policy.shipped import shipped_path
 from stickslip.dynamics.checks import shown
 from stickslip.envs.tasks.definition import TASKS, WITHDRAWN, TaskDefinition, task_by_name
 from stickslip.envs.tasks.known import OVER, Interval, episodes_digest, measured
@@ -39,14 +39,16 @@ def tasks_command(flags: Mapping[str, Any]) -> Content:
 
 def policies_command(flags: Mapping[str, Any]) -> Content:
     """Print all policies in a table, or all about those named; return all about them."""
-    facts = list(map(_facts_of, flags["names"] or shipped_names()))
     if flags["names"]:
+        facts = list(map(_facts_of, flags["names"]))
         print("\n".join(map(in_words, facts)), end="")
     else:
+        records = every_record()
+        facts = list(map(_policy_facts, records))
         words = [Column(name, words=True) for name in ("policy", "asked")]
         heads = [Column("return"), Column("score"), Column("layers", words=True)]
         columns = [*words, *heads, Column("size", "kB")]
-        print(Table(columns, list(map(_policy_row, every_record()))).terminal() + SHOWN)
+        print(Table(columns, list(map(_policy_row, records))).terminal() + SHOWN)
     units = {"policies": {"bytes": "B", "score": "-", "earned": "each one's unit"}}
     return Content(facts={"policies": facts}, units=units)
 
@@ -99,7 +101,10 @@ def _facts_of(name: str) -> Mapping[str, object]:
         metadata, path = read_metadata(name), policy_path(name)
         own = {"name": name, "path": str(path), "bytes": path.stat().st_size}
         return own | {key: metadata[key] for key in metadata if key not in (*own, "task")}
-    one = record_of(name)
+    return _policy_facts(record_of(name))
+
+
+def _policy_facts(one: Record) -> Mapping[str, object]:
     return {
         "name": one.name,
         "task": one.task.name,
