@@ -56,6 +56,8 @@ def test_a_directory_of_something_else_is_left_alone(tmp_path):
     for how in ({}, {"resume": True}):
         with pytest.raises(ValueError, match=r"holds thesis\.tex, but no sweep"):
             swept(tmp_path / "b", **how)
+    with pytest.raises(ValueError, match="is a file"):
+        swept(tmp_path / "b/thesis.tex")
     assert contents(tmp_path / "b") == {"thesis.tex": b"mine"}
 
 
