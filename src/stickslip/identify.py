@@ -42,6 +42,7 @@ def identify_command(flags: Mapping[str, Any]) -> Content:
         print("The log shows no slip: static friction is at least `low`, no more is known.")
     if not found.explained:
         print("The model does not explain the log: its angles are off by more than noise.")
+        print("The noise that a short log shows may be at fault: --noise (noise=) gives it.")
     files = write_files({picture: lambda path: draw(found, log, path)})
     names = ("slipped", "explained", "noise", "disturbance")
     facts = {name: getattr(found, name) for name in names} | {"files": files}

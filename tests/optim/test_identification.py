@@ -64,6 +64,27 @@ def test_neither_wrong_angles_nor_uneven_rows_count_as_noise(uneven):
     assert WalkLog(times, 0 * times, angles).noise == pytest.approx(2e-4, rel=0.15)
 
 
+@pytest.mark.parametrize("rows", [20, 61, 200, 600])
+def test_mere_noise_is_seldom_more_than_a_log_of_any_length_shows(rows, float64):
+    times, errors = 0.02 * np.arange(rows), np.random.default_rng(0).standard_normal((1000, rows))
+    log = WalkLog(times, times, times)
+    most = identification._Search(BipedParams.from_bars(), log, (), None, 0).most
+    found = [np.mean(one**2) / WalkLog(times, times, one).noise ** 2 for one in errors]
+    assert np.mean(np.array(found) > most) < 0.015
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("wrong", [0.0, 0.02])
+def test_a_short_log_is_explained_though_it_shows_too_little_noise(quick, wrong):
+    log, _ = log_of(0.5, 0.4, 0.3, 0.3, noise=1e-3)
+    log = WalkLog(log.times, log.torques, log.angles + wrong * np.sin(60 * log.times))
+    assert log.noise < 8e-4
+    found = identify(BipedParams.from_bars(), log)
+    assert found.explained == (wrong == 0)
+    assert found.noise > log.noise
+    assert not identify(BipedParams.from_bars(), log, noise=log.noise).explained
+
+
 def test_the_first_rows_of_a_start_tell_where_it_begins_and_how_well():
     times = 0.01 * np.arange(30)
     angles = 1.5 + 3.0 * times + 45 * times**2 + 100 * times**3  # 14 rad/s in the tenth row
