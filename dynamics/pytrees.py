@@ -111,7 +111,22 @@ def register_pytree(cls: Class) -> Class:
 
 @dataclass_transform(frozen_default=True, field_specifiers=(field,))
 def pytree_dataclass(cls: Class) -> Class:
-    """Decorate a class as a frozen dataclass that is a pytree, see `register_pytree`."""
+    """Decorate a class as a frozen dataclass that is a pytree, see `register_pytree`. It keeps
+    copies of the arrays that it is made of; instances of the same numbers are equal."""
+    derive = getattr(cls, "__post_init__", lambda tree: None)
+
+    def settled(tree: Any, *given: Any) -> None:
+        arrays = {k: v for k, v in vars(tree).items() if isinstance(v, np.ndarray | tuple | list)}
+        settle(tree, **kept(arrays))
+        derive(tree, *given)
+
+    def equal(one: object, other: object) -> bool:
+        (leaves, kind), (others, other_kind) = map(jax.tree.flatten, (one, other))
+        pairs = zip(leaves, others, strict=False)
+        same = (a is b or (np.shape(a) == np.shape(b) and np.all(a == b)) for a, b in pairs)
+        return kind == other_kind and all(same)
+
+    cls.__post_init__, cls.__eq__ = settled, equal  # pyright: ignore[reportAttributeAccessIssue]
     return register_pytree(dataclass(frozen=True)(cls))
 
 
@@ -290,9 +305,14 @@ def require_broadcast(**values: Any) -> tuple[int, ...]:
 
 def read_only(array: np.ndarray) -> np.ndarray:
     """A read-only copy."""
-    kept = np.array(array)
+    kept = np.array(array, subok=True)
     kept.setflags(write=False)
     return kept
+
+
+def kept(tree: Tree) -> Tree:
+    """The tree with read-only copies of NumPy's arrays, which their owner may change later."""
+    return jax.tree.map(lambda one: read_only(one) if isinstance(one, np.ndarray) else one, tree)
 
 
 def given_state(one: object) -> dict[str, Any]:

@@ -12,7 +12,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from stickslip.dynamics.checks import require_integer, require_kind, shown
-from stickslip.dynamics.pytrees import in_float64, read_only, settle
+from stickslip.dynamics.pytrees import in_float64, kept, read_only, settle
 from stickslip.optim.problem import Evaluation, Problem, Result, Structure, as_floats
 
 if TYPE_CHECKING:
@@ -60,7 +60,7 @@ class FunctionProblem(Problem[Result]):
         for name in ("low", "high"):
             array = as_floats(name, getattr(self, name), "finite numbers")
             settle(self, **{name: read_only(array)})
-        settle(self, data=jax.tree.map(_kept, self.data))
+        settle(self, data=kept(self.data))
         if self.low.ndim != 1 or self.low.shape != self.high.shape or np.any(self.low > self.high):
             raise ValueError(
                 f"low {self.low.shape}, high {self.high.shape}; accepted: [n], low <= high"
@@ -152,11 +152,6 @@ class FunctionProblem(Problem[Result]):
     def _data(self) -> PyTree:
         """Data on the device: transferring arrays takes longer than many evaluations."""
         return in_float64(jax.device_put, self.data)
-
-
-def _kept(leaf: Any) -> Any:
-    """A leaf of the data as it is now, whoever writes to it later."""
-    return read_only(leaf) if isinstance(leaf, np.ndarray) else leaf
 
 
 def _finite(slopes: np.ndarray) -> np.ndarray:

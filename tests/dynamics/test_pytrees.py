@@ -12,16 +12,7 @@ from stickslip.dynamics.pytrees import run_once
 from tests.dataclasses_found import dataclasses_of_the_package
 from tests.documents import ROOT
 
-FOLDERS = (
-    "agents",
-    "benchmarks",
-    "docs",
-    "documentation",
-    "dynamics",
-    "envs",
-    "notebooks",
-    "optim",
-)
+PARTS = ("agents", "benchmarks", "docs", "documentation", "dynamics", "envs", "notebooks", "optim")
 OTHER = "@jax.tree_util." + register_pytree.__name__.replace("pytree", "dataclass")
 
 
@@ -70,7 +61,7 @@ def test_structures_tell_static_fields_and_name_paths():
 
 def test_nothing_is_registered_by_jaxs_own_decorator():
     """Its structures compare equal for two classes of as many fields."""
-    files = [one for name in FOLDERS for one in (ROOT / name).rglob("*") if one.is_file()]
+    files = [one for name in PARTS for one in (ROOT / name).rglob("*") if one.is_file()]
     told = [one for one in files if one.suffix in (".py", ".md", ".ipynb", ".js")]
     assert len(told) > 200
     assert [one for one in told if OTHER in one.read_text(encoding="utf-8")] == []

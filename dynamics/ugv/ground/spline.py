@@ -13,7 +13,7 @@ import numpy as np
 from jax.core import eval_context
 
 from stickslip.dynamics import checks
-from stickslip.dynamics.pytrees import Numeric, pytree_dataclass, read_only
+from stickslip.dynamics.pytrees import Numeric, pytree_dataclass
 from stickslip.dynamics.ugv.ground.shapes import Closed, as_floats, in_two, locate, require_ends
 
 if TYPE_CHECKING:
@@ -62,7 +62,7 @@ class Spline(Closed):
         heights, lows = in_two(coefficients[:, 0])
         table = np.concatenate([heights[:, None], coefficients[:, 1:]], axis=1)
         first, rests = in_two(knots)
-        return cls(*(read_only(of) for of in (first, rests, table, lows)), even=even)
+        return cls(first, rests, table, lows, even=even)
 
     def _near(self, base, u, knots, rests, coefficients, lows):
         """The polynomial of the piece that base + u [m] lies in, by Horner's rule."""
