@@ -221,11 +221,12 @@ def draw_panels(
 ) -> Figure:
     """Panels over x [n], labelled `below`. slips [n]: shaded, from the sample before each."""
     figure, axes = make_sheet(len(panels), 1, (9, ROW * len(panels) + 0.8), title)
+    marker = "" if x[-1] > x[0] else "o"
     for axis, panel in zip(axes, panels, strict=True):
         style = "steps-pre" if panel.steps else "default"
         for line, colour in zip(panel.lines, theme.PLAYERS, strict=False):
             look = LEVEL if line.dashed else {"color": colour, "lw": 1.2}
-            axis.plot(x, line.values, drawstyle=style, label=line.name, **look)
+            axis.plot(x, line.values, drawstyle=style, marker=marker, label=line.name, **look)
         name_panel(axis, f"{panel.title} [{panel.unit}]")
         for level in panel.limits:
             axis.axhline(level, **LEVEL)

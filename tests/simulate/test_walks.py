@@ -4,6 +4,7 @@ import csv
 import re
 from dataclasses import replace
 from pathlib import Path
+from unittest import mock
 
 import jax
 import jax.numpy as jnp
@@ -11,6 +12,7 @@ import numpy as np
 import pytest
 
 from stickslip import flags
+from stickslip.agents.pictures.episodes import draw_panels
 from stickslip.cli import OK, WRONG_INPUT, main
 from stickslip.commands import NOTHING_FOUND
 from stickslip.dynamics import PRESETS, Scene, Status
@@ -89,9 +91,14 @@ def test_a_walk_is_filmed_in_real_time_with_its_slides_to_its_end(capsys, monkey
 
 
 @pytest.mark.parametrize("law", ["4", "5 * sin(200 * t)"])  # at once, as a period begins
-def test_a_fall_ends_the_rows_and_says_so(capsys, law):
-    said = prints(capsys, *WALK, f"--torque={law}", status=NOTHING_FOUND)
+def test_a_fall_ends_the_rows_and_says_so(capsys, monkeypatch, law):
+    drawn = mock.Mock(wraps=biped.draw_panels)
+    monkeypatch.setattr(biped, "draw_panels", drawn)
+    said = prints(capsys, *WALK, f"--torque={law}", "--plot=walk.png", status=NOTHING_FOUND)
     assert re.search(r"status +TOPPLE\n", said)
+    figure = draw_panels(*drawn.call_args.args)
+    assert figure.get_suptitle().endswith("TOPPLE")
+    assert figure.axes[0].lines[0].get_marker() == ("o" if law == "4" else "")
     found = rows("walk.csv")
     assert found[-1]["status"] == "TOPPLE"
     assert len(found) < 31

@@ -65,7 +65,8 @@ def simulate_command(flags: Mapping[str, Any]) -> Content:
     show(summary)
 
     def plot(path: Path) -> None:
-        title = f"{_law_in_words(given)[2:].capitalize()}, floor: {floor_words(scene)}"
+        words = _law_in_words(given)[2:].capitalize()
+        title = f"{words}, floor: {floor_words(scene)}, status: {walk.status.name}"
         at = frames_of(walk)
         panels = walk_panels(at, walk.along.momentum)
         save_sheet(draw_panels(panels, at.time, "time [s]", title, at.slips), path)
