@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from stickslip.dynamics.checks import nearest, require_memory, reraise, shown
+from stickslip.dynamics.checks import require_memory, reraise, shown
 from stickslip.dynamics.machine_file import quantity
 
 if TYPE_CHECKING:
@@ -170,9 +170,9 @@ def _taken(
     """Index of a wanted column, and the factor of its unit. called: the column of each title."""
     if called.count(spec) != 1:
         many = "more than one" if spec in called else "no"
-        near = nearest(spec.name, [_name_and_unit(title)[0] for title in head])
-        near, among = "" if spec in called else near, shown(", ".join(head))
-        raise ValueError(f"{place}: {many} column {spec.name!r} among {among}{near}")
+        hint = "" if spec in called else f" (name it {spec.name} in the head)"
+        among = shown(", ".join(head))
+        raise ValueError(f"{place}: {many} column {spec.name!r} among {among}{hint}")
     at = called.index(spec)
     unit = _name_and_unit(head[at])[1]
     if _plain(unit) in ("", _plain(spec.unit)):

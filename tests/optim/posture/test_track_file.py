@@ -65,7 +65,7 @@ def test_an_elevation_profile_is_laid_out_along_great_circles(ns, tmp_path, floa
         ("0,0\n1,nan\n2,0\n", ("track.csv:2: y = 'nan' is no finite number",)),
         ("x,y\n0,0\n# a stone\n2,1\n2,1\n", ("track.csv:5: x = 2.0 after 2.0 does not increase",)),
         ("x [kgf.s],y [m]\n0,0\n1,1\n", ("track.csv:1: column 'x [kgf.s]' is not in m",)),
-        ("lat,lon\n0,0\n1,1\n", ("track.csv:1: no column 'x' among 'lat, lon'", "elevation")),
+        ("lat,lon\n0,0\n1,1\n", ("no column 'x' among 'lat, lon' (name it x", "elevation")),
         ("x,s,y\n0,0,0\n1,1,1\n", ("track.csv:1: more than one column 'x' among 'x, s, y'",)),
         ("0,0\n1e-310,1\n", ("track.csv: ", "overflows float64")),
         ("0,0\n" + "1" * 20_000 + "\n", ("track.csv:2: 1 columns instead of 2",)),
