@@ -290,12 +290,8 @@ NON_NEGATIVE: Rule = {"low": 0.0, "accepted": "finite, >= 0"}
 
 def as_numbers(given: Mapping[str, Any], rules: Mapping[str, Rule]) -> dict[str, Any]:
     """The entries with numbers as pytrees hold them; ValueError naming a bad one."""
-    return {
-        name: value
-        if _is_none(name, value, rules)
-        else checks.as_number(name, value, **rules[name])
-        for name, value in given.items()
-    }
+    ruled = [name for name, value in given.items() if not _is_none(name, value, rules)]
+    return {**given} | {name: checks.as_number(name, given[name], **rules[name]) for name in ruled}
 
 
 def require_numbers(params: Any, rules: Mapping[str, Rule], dtype: Any) -> None:

@@ -17,17 +17,9 @@ import numpy as np
 
 from stickslip.agents.policy.task import same_numbers
 from stickslip.agents.protocol import Memoryless, Ruled
-from stickslip.dynamics.biped import (
-    SUPPORT_END,
-    SUPPORT_START,
-    BipedModel,
-    BipedParams,
-    BipedState,
-    RK4Split,
-    own_time,
-    step,
-)
+from stickslip.dynamics.biped import BipedModel, BipedParams, BipedState, RK4Split, own_time, step
 from stickslip.dynamics.biped.contact import Motion, ankle_moment, sticking
+from stickslip.dynamics.biped.links import SUPPORT_END, SUPPORT_START
 from stickslip.dynamics.biped.robot_file import robot_text
 from stickslip.dynamics.checks import require_kind, require_number
 from stickslip.dynamics.pytrees import pytree_dataclass

@@ -9,14 +9,9 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from stickslip.dynamics.biped import (
-    SUPPORT_END,
-    SUPPORT_START,
-    BipedModel,
-    BipedState,
-    floor_position,
-)
+from stickslip.dynamics.biped import BipedModel, BipedState, floor_position
 from stickslip.dynamics.biped.contact import Friction, friction_on, patch_at
+from stickslip.dynamics.biped.links import SUPPORT_END, SUPPORT_START
 from stickslip.dynamics.biped.model import load
 from stickslip.dynamics.biped.safety import SafeTorque, nearest_safe
 from stickslip.dynamics.pytrees import Number, all_finite, pytree_dataclass

@@ -59,12 +59,8 @@ class Toy(FunctionalEnv[ToyState, ToyParams]):
         reward = place - 0.1 * action[1]
         total = state.total + reward
         after = ToyState(place, elapsed, terminated | truncated, total)
-        info = {
-            "place": place,
-            "right": place > 0,
-            "episode_length": elapsed,
-            "episode_return": total,
-        }
+        info = {"place": place, "right": place > 0}
+        info |= {"episode_length": elapsed, "episode_return": total}
         return self._observe(after), after, reward, terminated, truncated, info
 
     def observation_bounds(self, params):

@@ -49,13 +49,8 @@ def robots(dtype: str) -> biped.BipedModel:
         )
 
     shares = random.uniform(0.95, 1.05, (ROBOTS, len(LENGTHS)))
-    given = (
-        scale,
-        weight,
-        random.uniform(0, 20, ROBOTS) * (random.uniform(size=ROBOTS) < 0.5),
-        shares,
-    )
-    given = [jnp.asarray(value, dtype) for value in given]
+    load = random.uniform(0, 20, ROBOTS) * (random.uniform(size=ROBOTS) < 0.5)
+    given = [jnp.asarray(value, dtype) for value in (scale, weight, load, shares)]
     with jax.numpy_dtype_promotion("standard"):
         return jax.jit(jax.vmap(one))(given[0], given[1], jnp.asarray(off), given[2], given[3])
 

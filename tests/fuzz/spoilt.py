@@ -76,19 +76,7 @@ def numbers(raw: bytes, rng: np.random.Generator) -> bytes:
     return archive_of(members | {name: array_bytes(array)})
 
 
-CONSTANTS = [
-    "null",
-    "true",
-    "[]",
-    "{}",
-    '""',
-    "-1",
-    "1e39",
-    "NaN",
-    "1e999",
-    '"\\ud800"',
-    '"\\u0000"',
-]
+VALUES = ["null", "true", "[]", "{}", '""', "-1", "1e39", "NaN", "1e999", '"\\ud800"', '"\\u0000"']
 LONG: tuple[Callable[[int], str], ...] = (
     lambda n: "9" * n,
     lambda n: "[" * n + "]" * n,
@@ -100,7 +88,7 @@ LONG: tuple[Callable[[int], str], ...] = (
 
 def value(rng: np.random.Generator) -> str:
     """JSON that stands for nothing, or is deep or long."""
-    texts = [*CONSTANTS, *(long(int(rng.integers(1, 3_000))) for long in LONG)]
+    texts = [*VALUES, *(long(int(rng.integers(1, 3_000))) for long in LONG)]
     return texts[int(rng.integers(len(texts)))]
 
 

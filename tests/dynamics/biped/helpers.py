@@ -16,13 +16,8 @@ from stickslip.dynamics import Scene, biped
 FINE = biped.Table(64, 9)
 """A table as good as the exact functions in float64 (1e-13), and cheap to compile."""
 
-REST = {
-    "phase": np.pi / 2,
-    "crank_rate": 0.0,
-    "foot_position": 0.0,
-    "foot_velocity": 0.0,
-    "time": 0.0,
-}
+REST = dict.fromkeys(("phase", "crank_rate", "foot_position", "foot_velocity", "time"), 0.0)
+REST["phase"] = np.pi / 2
 
 PAGE = 2048
 

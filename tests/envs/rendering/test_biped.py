@@ -124,13 +124,8 @@ def test_the_users_matplotlib_settings_do_not_matter():
     import matplotlib as mpl
 
     expected = draw(STANDING)
-    changed: Any = {
-        "lines.linewidth": 9,
-        "font.size": 30,
-        "text.color": "red",
-        "font.family": "serif",
-    }
-    with mpl.rc_context(changed):
+    own: Any = {"lines.linewidth": 9, "font.size": 30, "text.color": "red", "font.family": "serif"}
+    with mpl.rc_context(own):
         picture = draw(STANDING)
         assert mpl.rcParams["font.size"] == 30
     assert np.array_equal(picture, expected)
