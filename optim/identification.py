@@ -73,7 +73,7 @@ MISFIT = itemgetter(0)
 """Of a stage."""
 FIT = 1.5
 """Mean square of the relative innovations above which the model does not explain a log."""
-SCATTER = 7.0
+SCATTER = 7.5
 """With the noise of a log of n rows, mere noise exceeds exp(SCATTER / sqrt(n)) in 1 % of logs: its
 median scatters by 1.5 / sqrt(n). Measured, for 20 to 2000 rows."""
 

@@ -66,8 +66,8 @@ def test_neither_wrong_angles_nor_uneven_rows_count_as_noise(uneven):
 
 @pytest.mark.parametrize("rows", [20, 61, 200, 600])
 def test_mere_noise_is_seldom_more_than_a_log_of_any_length_shows(rows, float64):
-    times, errors = 0.02 * np.arange(rows), np.random.default_rng(0).standard_normal((1000, rows))
-    log = WalkLog(times, times, times)
+    log = WalkLog(times := 0.02 * np.arange(rows), times, times)
+    errors = 1e-3 * np.random.default_rng(0).standard_normal((1000, rows))
     most = identification._Search(BipedParams.from_bars(), log, (), None, 0).most
     found = [np.mean(one**2) / WalkLog(times, times, one).noise ** 2 for one in errors]
     assert np.mean(np.array(found) > most) < 0.015

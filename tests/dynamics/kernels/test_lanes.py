@@ -7,13 +7,8 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from stickslip.dynamics.kernels.fused import (
-    LARGEST,
-    SMALLEST,
-    compacting_while,
-    fused,
-    where_needed,
-)
+from stickslip.dynamics.kernels import fused as kernels
+from stickslip.dynamics.kernels.fused import compacting_while, fused, where_needed
 
 
 def halve(limit, start):
@@ -28,7 +23,7 @@ def halve(limit, start):
     return compacting_while(going, body, limit, (start, jnp.int32(0)))
 
 
-@pytest.mark.parametrize("size", [1, SMALLEST, LARGEST + 1])
+@pytest.mark.parametrize("size", [1, kernels.SMALLEST, kernels.LARGEST + 1])
 @pytest.mark.parametrize("many", [0, 3, 10**6])
 def test_every_member_goes_as_far_as_alone(size, many):
     """Most need one round; so many need up to twenty."""
