@@ -8,16 +8,8 @@ import numpy as np
 import pytest
 from scipy.stats import binom
 
-from benchmarks.tradeoff.walks import (
-    FLOORS,
-    HELD_OUT,
-    REFERENCE,
-    SHORTEST,
-    draw,
-    errors,
-    paths,
-    walked,
-)
+from benchmarks.tradeoff import walks as measured
+from benchmarks.tradeoff.walks import draw, errors, paths, walked
 from stickslip.dynamics import Scene
 from stickslip.dynamics.biped import EventExact, RK4Split
 from stickslip.dynamics.biped.recommendation import (
@@ -48,15 +40,15 @@ def asked(tolerance: float, scene: str, batch: int, **options):
 def violations(floor: str, robots: str, setting: Setting, count: int) -> np.ndarray:
     """Errors of a setting on walks that were not measured, each for a second [rad/s]."""
     with jax.enable_x64(True):
-        walks = draw(floor, range(HELD_OUT, HELD_OUT + count), robots)
-    truth = paths(walks, REFERENCE)
+        walks = draw(floor, range(measured.HELD_OUT, measured.HELD_OUT + count), robots)
+    truth = paths(walks, measured.REFERENCE)
     off = errors(walks, paths(walks, setting), truth)[0]
-    return off[walked(truth) >= SHORTEST]
+    return off[walked(truth) >= measured.SHORTEST]
 
 
 @pytest.mark.long
 @pytest.mark.parametrize("robots", ["default", "others"])
-@pytest.mark.parametrize("floor", FLOORS)
+@pytest.mark.parametrize("floor", measured.FLOORS)
 def test_the_promise_for_1e_5_is_kept_on_walks_that_were_not_measured(floor, robots):
     params = None if robots == "default" else default_params("float32")
     found = recommend(1e-5, floor, batch=4096, params=params)

@@ -5,16 +5,9 @@ import numpy as np
 import pytest
 
 from stickslip.optim.posture import evaluate
+from stickslip.optim.posture.bounds import cells as proved
 from stickslip.optim.posture.bounds.branch import NAMES, at_least
-from stickslip.optim.posture.bounds.cells import (
-    AHEAD,
-    BACK,
-    FIELDS,
-    NONE,
-    Surveyor,
-    first_axis,
-    shapes,
-)
+from stickslip.optim.posture.bounds.cells import Surveyor, first_axis, shapes
 from stickslip.optim.posture.bounds.steps import FOUR, Side, terms_of
 from stickslip.optim.posture.bounds.sweep import Pairs, Step, best_charges
 from stickslip.optim.posture.criteria import CRITERIA
@@ -86,7 +79,7 @@ def test_fields_lie_within_what_is_proved_of_their_cells(cells, kind):
         ruled_out = ~of.alive[where[n]]
         assert np.all((at.grip[:, n] < 0)[ruled_out] | short[ruled_out])  # rightly
         assert np.mean(ruled_out[short]) > 0.5 or not np.any(short)
-        for name in FIELDS:
+        for name in proved.FIELDS:
             held = of.range_of(name)[where[n]]
             if name == "turn":
                 held = held[counts]
@@ -151,7 +144,7 @@ def test_steps_are_not_below_what_slopes_charge_at_their_corners(cells, kind, na
         shapes(problem, 4, *axes)[where[0][leg], where[1][leg]][alive]
         for leg, axes in enumerate(((a.rear, b.rear), (a.front, b.front)))
     ])  # fmt: skip
-    assert np.all(kinds != NONE)
+    assert np.all(kinds != proved.NONE)
     assert len(np.unique(kinds)) == 3
     weights = np.ones((len(value), 4, 4))
     for leg, axes in enumerate(((a.rear, b.rear), (a.front, b.front))):
@@ -187,6 +180,6 @@ def _weights(axes, angles, cells, kinds, leg):
     square = np.stack([(1 - s) * (1 - t), (1 - s) * t, s * (1 - t), s * t])
     ahead = np.stack([1 - s, 0 * s, s - t, t])
     back = np.stack([1 - t, t - s, 0 * s, s])
-    found = np.select([kinds == AHEAD, kinds == BACK], [ahead, back], square)
+    found = np.select([kinds == proved.AHEAD, kinds == proved.BACK], [ahead, back], square)
     assert np.min(found) > -1e-6  # inside
     return np.stack([[found[2 * p[leg] + q[leg]] for q in FOUR] for p in FOUR]).transpose(2, 0, 1)
