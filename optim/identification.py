@@ -327,7 +327,7 @@ class _Search:
         told = slipped, square * raised <= max(FIT, self.most), self.noise, float(disturbance)
         return Identified(parameters, *told, walk.mean, walk.innovation, walk.deviation)
 
-    def walk(self, points, means, disturbance: float) -> tuple[Belief, float]:
+    def walk(self, points, means, disturbance: float) -> tuple[Any, float]:
         """Belief at every row; mean square of relative innovations, NaN of a lost filter."""
         every = self.filtered(points, disturbance, means, history=True)
         walk = jax.tree.map(lambda one: one[0, self.rows], every)
