@@ -37,9 +37,10 @@ def test_units_are_those_of_the_file(tmp_path):
     robot = BipedParams.from_file(path)
     plain = BipedParams.from_bars(crank_length=0.04, hip_mass=1.2, payload=0.2, femur=9.0)
     tibia = {"mass": 0.7, "centre": [0.03, 0.001], "inertia": 9e-3}
-    expected = plain.replace(**{name: np.array(getattr(plain, name)) for name in tibia})
+    changed = {name: np.array(getattr(plain, name)) for name in tibia}
     for name, value in tibia.items():
-        getattr(expected, name)[1] = value
+        changed[name][1] = value
+    expected = plain.replace(**changed)
     assert all(map(np.allclose, leaves(robot), leaves(expected)))
     assert ROBOT.read(path, {})["motor.torque_limit"] == 6.0
 
