@@ -210,7 +210,7 @@ def met(posture: Posture, at: Station) -> dict[str, Bool[np.ndarray, "..."]]:
     """Mask of stations that meet each group, to FEASIBLE; `pose`: finite, too. at: of NumPy."""
     left, sizes = slacks(posture, at).items(), scales(posture.params)
     scaled = {name: np.stack(of) / sizes[name] for name, of in left}
-    found = {name: np.all((of >= 0) & (of < np.inf), 0) for name, of in scaled.items()}
+    found = {name: np.all((of >= -FEASIBLE) & (of < np.inf), 0) for name, of in scaled.items()}
     return found | {"pose": np.asarray(at.placed & at.finite)}
 
 

@@ -125,10 +125,10 @@ def _scaled(posture: Posture, at: Station) -> tuple[dict[str, Array], Array]:
     margins = {name: jnp.min(of, axis=-1) for name, of in posture.margins(at).items()}
     placed = margins.pop("pose") > 0
     margins = {name: jnp.where(placed & at.finite, of, -jnp.inf) for name, of in margins.items()}
-    grip = posture.min_grip
+    grip = posture.min_grip - FEASIBLE * posture.params.weight
     needed = [jnp.where(N > 0, (abs(F) + grip) / N, jnp.inf) for F, N, _ in at.wheels]
     least = jnp.min(jnp.stack([of for name, of in margins.items() if name != "grip"]), axis=0)
-    return margins, jnp.where(least >= 0, jnp.maximum(jnp.maximum(*needed), 0.0), jnp.inf)
+    return margins, jnp.where(least >= -FEASIBLE, jnp.maximum(jnp.maximum(*needed), 0.0), jnp.inf)
 
 
 def _passed(grid: Any, progress: bool) -> tuple[np.ndarray, list[Float[np.ndarray, "N"]], float]:
