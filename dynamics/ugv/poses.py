@@ -308,14 +308,13 @@ def over_poses(
     ground: Any,
     x_front: Real[Number, "..."],
     leg_angles: Real[Number, "... 2"],
-    *numbers: Real[Number, "..."],
+    *numbers: Any,
 ) -> Result:
     """function(*fixed, params, ground, x_front, leg_angles, *numbers), in one kernel if it can be.
 
     function: elementwise over leading axes of x_front, leg_angles, the vehicle's and the other
-    numbers, with a `status` among its results. fixed: hashable. ground: pytrees that all poses
-    share. Where not every result is one of one pose, as on ground that is a batch itself, or where
-    other numbers have more axes than the poses, the function is called as it is.
+    numbers (pytrees), with a `status` among its results. fixed: hashable. ground: shared pytrees.
+    On ground that is a batch, or with numbers of more axes than the poses, it is called as it is.
     """
     given = (params, ground, x_front, leg_angles, *numbers)
     dtype = float_type(params, ground, x_front, leg_angles)
@@ -328,11 +327,12 @@ def over_poses(
     own = (params_, *others)
     vehicles = [leaf.shape for leaf in jax.tree.leaves(params_)]
     shape: Any = jnp.broadcast_shapes(x.shape, angles.shape[:-1], *vehicles)
-    sizes = (zip(leaf.shape[::-1], shape[::-1], strict=False) for leaf in others)
+    leaves = jax.tree.leaves(others)
+    sizes = (zip(leaf.shape[::-1], shape[::-1], strict=False) for leaf in leaves)
     if not (
         prod(shape) > 0
         and float_type(dtype.type(0), *numbers) == dtype
-        and all(leaf.ndim <= len(shape) for leaf in others)
+        and all(leaf.ndim <= len(shape) for leaf in leaves)
         and all(n in (1, m) for pairs in sizes for n, m in pairs)
         and _shared(function, fixed, params_, ground_, others, dtype)
     ):

@@ -217,59 +217,82 @@ class SafeSplit(NamedTuple):
     high: Float[Array, "..."]
     """Below `low` where the interval is empty."""
     friction_use: Float[Array, "..."]
-    """Least over the differences of the larger |F| / (mu N); infinite: a wheel always lifts."""
+    """Least of the larger (|F| + min_grip) / (mu N) in max_torque; infinite: a wheel lifts."""
     status: Int[Array, "..."]
-    """The pose's, or ROLLOVER or WHEEL_SLIP: a wheel lifts, or slips, with every difference."""
+    """The pose's, or where the interval is empty ROLLOVER (a wheel always lifts) or WHEEL_SLIP."""
 
 
 def safe_split(
-    params: UGVParams, placed: Pose, friction: Real[Array, "..."] | float | tuple[Array, Array]
+    params: UGVParams, placed: Pose, friction: Any, min_grip: Any = None, max_torque: Any = None
 ) -> SafeSplit:
-    """The splits with |F| <= mu N at both wheels of a pose, with a motor at each (eq. 42).
+    """The splits with |F| <= mu N - min_grip at both wheels, with a motor at each (eq. 42).
 
     friction: as of `balance`, numbers or of the pose's shape; less than 1e-6 counts as that. Forces
     do not depend on it: what grips at the lower end of an uncertain mu grips at all of it. F and N
     are linear in the difference, so each condition leaves a half-line. Only differences up to the
-    weight are looked at. Neglected: inertia, limits of the motors.
+    weight are looked at. max_torque: of each motor [N m]. Neglected: inertia.
     """
     require_number("friction", friction, low=0.0, accepted="numbers >= 0")
     each = friction if isinstance(friction, tuple) else (friction, friction)
     mu_rear, mu_front = (jnp.maximum(mu, 1e-6) for mu in each)
+    family, W = split_family(params, placed), params.weight
     (F, N), (dF, dN) = (  # F and mu N of both wheels [2, ...], and what a weight adds
         (jnp.stack(of[::2]), jnp.stack([mu_rear * of.N_rear, mu_front * of.N_front]))
-        for of in split_family(params, placed)
+        for of in family
     )
-    cones = (jnp.concatenate([n - f, n + f]) for f, n in ((F, N), (dF, dN)))
+    left, grip = (N, None) if min_grip is None else (N - min_grip / W, min_grip / W)
+    cones = (jnp.concatenate([n - f, n + f]) for f, n in ((F, left), (dF, dN)))
+    limits = (N, dN) if max_torque is None else _limits(params, family, max_torque)
     (first, last), (low, high) = (
         (jnp.max(low, 0, initial=-1.0), jnp.min(high, 0, initial=1.0))
-        for low, high in (where_positive(N, dN), where_positive(*cones))
+        for low, high in (where_positive(*limits), where_positive(*cones))
     )
-    tried = jnp.stack([first, last, *_same_shares(F, N, dF, dN)])
+    if max_torque is not None:
+        low, high = jnp.maximum(low, first), jnp.minimum(high, last)
+        between = jnp.clip(0.0, last, first)
+        first, last = (jnp.where(first > last, between, of) for of in (first, last))
+    tried = jnp.stack([first, last, *_same_shares(F, N, dF, dN, grip)])
     tried = jnp.clip(jnp.clip(tried, first, last), -1.0, 1.0)
     loads = N[:, None] + tried * dN[:, None]
     loaded = jnp.all(loads > 0, 0)
-    uses = jnp.max(jnp.abs(F[:, None] + tried * dF[:, None]) / jnp.where(loaded, loads, 1.0), 0)
+    used = jnp.abs(F[:, None] + tried * dF[:, None]) + (0.0 if grip is None else grip)
+    uses = jnp.max(used / jnp.where(loaded, loads, 1.0), 0)
     uses = jnp.where(loaded, uses, jnp.inf)
     least = jnp.argmin(uses, 0, keepdims=True)
     best, use = (jnp.take_along_axis(of, least, 0)[0] for of in (tried, uses))
     difference = jnp.where(low <= high, jnp.clip(0.0, low, high), best)
     why = jnp.where(use < jnp.inf, Status.WHEEL_SLIP, Status.ROLLOVER).astype(jnp.int32)
     status = jnp.where((placed.status != Status.OK) | (low <= high), placed.status, why)
-    return SafeSplit._make([*(of * params.weight for of in (difference, low, high)), use, status])
+    return SafeSplit._make([*(of * W for of in (difference, low, high)), use, status])
 
 
-def _same_shares(F: Values, N: Values, dF: Values, dN: Values) -> list[Values]:
-    """Differences at which both wheels use the same share |F| / (mu N), or any where none does: the
-    roots of two quadratics. The larger share is least there or at an end of what is looked at."""
+def _limits(params: UGVParams, family: tuple[Forces, Forces], max_torque: Any) -> list[Values]:
+    """N and what is left of max_torque, in weights, and what a weight adds to them [6, ...]."""
+    c, most, found = params.rolling_resistance, max_torque / params.weight, []
+    for of, left in zip(family, (most / params.wheel_radius, 0.0), strict=True):
+        F, N = jnp.stack(of[::2]), jnp.stack(of[1::2])
+        pull = F if c is None else F + c * N
+        found.append(jnp.concatenate([N, left - pull, left + pull]))
+    return found
+
+
+def _same_shares(F: Values, N: Values, dF: Values, dN: Values, grip: Any) -> list[Values]:
+    """Differences where both wheels' (|F| + grip) / (mu N) are equal, roots of quadratics (anything
+    where there are none), or F is 0: the larger is least there or at the end of the interval."""
 
     def product(F: Values, N: Values) -> Values:
         return jnp.stack([F[0] * N[1] - F[1] * N[0], F[0] * N[1] + F[1] * N[0]])
 
     A, B, C = product(dF, dN), product(F, dN) + product(dF, N), product(F, N)
+    rest = []
+    if grip is not None:
+        of_B, of_C = grip * (dN[1] - dN[0]), grip * (N[1] - N[0])
+        A, B, C = (jnp.concatenate([a + b, a - b]) for a, b in ((A, 0.0), (B, of_B), (C, of_C)))
+        rest = [*(-F / jnp.where(dF == 0, 1.0, dF))]
     square = B * B - 4 * A * C
     root = jnp.where(square > 0, jnp.sqrt(jnp.where(square > 0, square, 1.0)), 0.0)
     q = -(B + jnp.where(B < 0, -root, root)) / 2
-    return [*(C / jnp.where(q == 0, 1.0, q)), *(q / jnp.where(A == 0, 1.0, A))]
+    return [*(C / jnp.where(q == 0, 1.0, q)), *(q / jnp.where(A == 0, 1.0, A)), *rest]
 
 
 def weight_moment(params: UGVParams, placed: Pose, x: Values) -> Values:

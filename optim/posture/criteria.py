@@ -43,9 +43,8 @@ class Station(NamedTuple):
     """M on each wheel [N m], anticlockwise positive: driving forwards is negative; [..., 2], rear
     and front, as is the lag, where the split is free."""
     lag: Float[Array, "..."]
-    """Angle of the rear and the front wheel against their legs, summed, less what both turn on
-    level ground, -per_metre (x - start of the odometer) [rad]. Keeps the digits of short steps at
-    the end of long ways. Only differences mean something: see `turned`."""
+    """Angle of both wheels against their legs, summed, less what they turn on level ground,
+    -per_metre (x - start of the odometer) [rad], which would cost digits: see `turned`."""
     per_metre: Float[Array, "..."]
     """Turn of both wheels on a metre of level ground, 2 / r [rad/m]."""
     leg_torques: Float[Array, "... 2"]
@@ -134,21 +133,21 @@ class Station(NamedTuple):
 
 def station(
     solver: PoseSolver,
-    free_split: bool,
     params: UGVParams,
     odometer: Odometer,
     x_front: Float[Array, "..."],
     leg_angles: Float[Array, "... 2"],
     friction: Numeric,
+    split: tuple[Any, Any] | None = None,
 ) -> Station:
     """The vehicle with its front wheel at x_front [...] [m] and leg_angles [..., 2] [rad].
 
-    For use inside a trace: nothing is checked, and the status tells. friction: mu, [...], where the
-    surface of the odometer's track has the factor 1. The odometer must reach from the rearmost
-    contact asked for to the foremost, and be the same for stations whose turns are compared.
+    Nothing is checked, and the status tells. friction: mu, [...], where the track's surface has the
+    factor 1. The odometer must reach over all contacts and be the same where turns are compared.
+    split: min_grip and max_torque of `safe_split` between the wheels; None: one torque at both.
     """
     placed = stand(params, odometer.track, x_front, leg_angles, solver)
-    return station_of(params, odometer, placed, leg_angles, friction, free_split)
+    return station_of(params, odometer, placed, leg_angles, friction, split)
 
 
 def station_of(
@@ -157,12 +156,12 @@ def station_of(
     placed: Pose,
     leg_angles: Float[Array, "... 2"],
     friction: Numeric,
-    free_split: bool = False,
+    split: tuple[Any, Any] | None = None,
 ) -> Station:
     """The station of a vehicle that has its place, best one of `stand`; see `station`."""
     mu = friction_under(odometer.track, placed, friction)
     most = jax.tree.map(lambda of: of * ROUNDED, mu)
-    difference = safe_split(params, placed, most).difference if free_split else None
+    difference = None if split is None else safe_split(params, placed, most, *split).difference
     held = balance(params, placed, mu, difference)
     shape, dtype = placed.wheelbase.shape, placed.wheelbase.dtype
     angles = jnp.broadcast_to(jnp.asarray(leg_angles, dtype), (*shape, 2))
@@ -172,7 +171,7 @@ def station_of(
         x=placed.origin[..., 0] + placed.front.x,
         leg_angles=angles,
         torque=held.torque,
-        lag=lags if free_split else jnp.sum(lags, -1),
+        lag=jnp.sum(lags, -1) if split is None else lags,
         per_metre=jnp.broadcast_to(jnp.asarray(2 / params.wheel_radius, dtype), shape),
         leg_torques=held.leg_torques,
         **held.forces._asdict(),
@@ -208,13 +207,12 @@ STATIC = {"static": True}
 class Criterion:
     """One criterion; all of it static but for `rates`.
 
-    kind "sum": terms(a, b) gives [..., m] smooth terms of the step from station a to station b;
-    the value is the sum over steps and terms of outer(term), outer being "positive", max(0, t),
-    or "square", t^2. kind "max": terms(a) gives [..., m] smooth terms of one station; the value is
-    the largest over stations and terms. unit: of the value. pointwise(a, before): for sums, the
-    cost of a station judged alone by the method "grid", `before` being the one chosen before it.
-    works: number of terms of which the first is the work of the wheels' motors; 0: none is. rates:
-    what a positive and a negative unit of each term cost [2, m], in place of 1 and 0: see `of`.
+    kind "sum": terms(a, b), [..., m] smooth terms of the step from station a to b; the value is the
+    sum over steps and terms of outer(term), "positive", max(0, t), or "square", t^2. kind "max":
+    terms(a) of a station; the largest over stations and terms. unit: of the value. pointwise(a,
+    before): for sums, the cost of a station alone in the method "grid", after another. works:
+    number of terms, the first the wheels' work; 0: none is. rates: what a positive and a negative
+    unit of each term cost [2, m], in place of 1 and 0: see `of`.
     """
 
     name: str = field(metadata=STATIC)
@@ -369,8 +367,7 @@ def increase(
 def larger(a: Array, b: Numeric) -> Array:
     """max(a, b) with the slope of the one it is.
 
-    That of jnp.maximum and jnp.max asks which operand equals the result, which fails under jit
-    where the operand is computed twice, rounded differently; then the slope is lost.
+    jnp.maximum asks which operand equals the result: under jit, rounded twice, maybe neither.
     """
     return jnp.where(a > b, a, b)
 

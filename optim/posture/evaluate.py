@@ -1,10 +1,8 @@
 """Evaluation of any number of stations, and of what a problem asks of them, by a few programs.
 
-Compiling takes seconds and a thousand stations take half a millisecond. So stations go through in
-rows, filled up to SIZES, whatever problem, grid or batch of drives they come from: problems with
-ground and vehicle of one structure share programs whose waypoints, angles and limits differ. What
-a problem's stations have in common is handed to JAX once (`Waypoints`): a call costs as much as a
-hundred stations, and more for each array in and out.
+Compiling takes seconds, a thousand stations half a millisecond. So stations go through in rows,
+filled up to SIZES, and problems with ground and vehicle of one structure share programs. What a
+problem's stations have in common is handed to JAX once (`Waypoints`).
 """
 
 from __future__ import annotations
@@ -63,17 +61,17 @@ class Posture:
     criterion: Any
     """None where it does not matter, so that all share one program."""
     solver: PoseSolver = field(metadata={"static": True})
-    free_split: bool = field(default=False, metadata={"static": True})
+    split: tuple[Any, Any] | None = None  # of `station`; min_grip None where it is 0
 
     def stations(self, angles: Float[Array, "K 2"]) -> Station:
         """The stations of the waypoints [K], in one kernel of a processor (see `over_poses`)."""
-        given = (self.params, self.odometer, self.x, angles, self.friction)
-        return over_poses(station, (self.solver, self.free_split), *given)
+        given = (self.params, self.odometer, self.x, angles, self.friction, self.split)
+        return over_poses(station, (self.solver,), *given)
 
     def sloped(self, angles: Float[Array, "K 2"]) -> Sloped:
         """The same with their slopes."""
-        given = (self.params, self.odometer, self.x, angles, self.friction)
-        return over_poses(_sloped, (self.solver, self.free_split), *given)
+        given = (self.params, self.odometer, self.x, angles, self.friction, self.split)
+        return over_poses(_sloped, (self.solver,), *given)
 
     def margins(self, at: Station) -> dict[str, Float[Array, "... m"]]:
         """Scaled margin of each constraint of a station, by name; satisfied where >= 0: `slacks`
@@ -89,10 +87,8 @@ class Posture:
 def slacks(limits: Posture | PostureData, at: Station) -> dict[str, list[Any]]:
     """What is left of each limit of a station, in its own unit, by name; kept where >= 0.
 
-    grip: mu N - |F| - min_grip, as two smooth terms for each wheel. normal: N - min_normal of both
-    wheels. clearance: less min_clearance (left out where the solver looks at no samples). wheels:
-    wheel_clearance less min_wheel_clearance (left out where the solver lets them overlap). torque:
-    what the motors have left (left out without a limit).
+    grip: mu N - |F| - min_grip, two smooth terms a wheel. normal: N - min_normal. clearance and
+    wheels: less their minima, left out where the solver does. torque: `torque_left`, if limited.
     """
     grip = [mu * N - s * F - limits.min_grip for F, N, mu in at.wheels for s in (1, -1)]
     found = {"grip": grip, "normal": [N - limits.min_normal for _, N, _ in at.wheels]}
@@ -122,10 +118,10 @@ class Sloped(NamedTuple):
 
 def _sloped(*given: Any) -> Sloped:
     """Stations with their slopes; given: as of `station`."""
-    *before, angles, friction = given
+    *before, angles, friction, split = given
 
     def numbers(angles: Array) -> tuple[tuple[Array, ...], Array]:
-        at = station(*before, leg_angles=angles, friction=friction)
+        at = station(*before, leg_angles=angles, friction=friction, split=split)
         return at.numbers, at.status
 
     def along(angle: Array) -> tuple[tuple[Array, ...], tuple[Array, ...], Array]:
@@ -211,9 +207,10 @@ def rows_at(
 
 
 def met(posture: Posture, at: Station) -> dict[str, Bool[np.ndarray, "..."]]:
-    """Mask of stations that meet each group of constraints; `pose`: finite, too. at: of NumPy."""
-    left = slacks(posture, at).items()
-    found = {name: np.all([(one >= 0) & (one < np.inf) for one in of], 0) for name, of in left}
+    """Mask of stations that meet each group, to FEASIBLE; `pose`: finite, too. at: of NumPy."""
+    left, sizes = slacks(posture, at).items(), scales(posture.params)
+    scaled = {name: np.stack(of) / sizes[name] for name, of in left}
+    found = {name: np.all((of >= -FEASIBLE) & (of < np.inf), 0) for name, of in scaled.items()}
     return found | {"pose": np.asarray(at.placed & at.finite)}
 
 
@@ -239,9 +236,8 @@ value = float64_program(finite_cost)
 def value_and_margins(
     posture: Posture, criterion: Criterion, rows: Array, angles: Float[Array, "K 2"]
 ) -> Float[Array, "1+m"]:
-    """The value of `Station.rows`, `Posture.margins` of these stations [K], and where the rate is
-    limited 1 -+ each leg's move over what the rate allows [K-1, 4], one after the other: one array
-    is read faster than two. Rows past the last waypoint are left out."""
+    """The value of `Station.rows`, `Posture.margins` of these stations [K], and with a rate 1 -+
+    each leg's move over what it allows [K-1, 4], in one array; no rows past the last waypoint."""
     at = Station.of_rows(rows[:, : len(angles)])
     margins = list(posture.margins(at).values())
     if posture.leg_rate is not None:
@@ -340,10 +336,9 @@ def tolerated(problem: PostureData, name: str) -> float:
     return FEASIBLE * float(sizes.get(name, 1.0) or 1.0)
 
 
-# Stations are computed in double precision from the problem's own numbers. By other means
-# (bisection, other equations, other quadrature) torques and turns differ by 1e-15 to 2e-13 of
-# themselves, on ground 1 km long and 1500 m high, too; next to nothing, by roundings of the
-# vehicle's weight. A bound that is called proved is lowered by more than both.
+# By other means (bisection, other equations, other quadrature) torques and turns differ by 1e-15 to
+# 2e-13 of themselves, also on ground 1 km long and 1500 m high; next to nothing, by roundings of
+# the vehicle's weight. A bound that is called proved is lowered by more than both.
 RELATIVE = 5e-13
 """Relative rounding error of the value."""
 ROUNDINGS = 4 * float(np.finfo(float).eps)

@@ -205,14 +205,12 @@ def solve_grid(
 ) -> PostureResult:
     """Choose at each waypoint the admissible pair of leg angles whose own cost is least.
 
-    The chapter's search. A worst-station criterion is judged by the station's cost. Sums over steps
-    need two stations: wheel_energy and total_energy take |M| in their place, torque_variation |M -
-    M'|, M' being the choice before (0 at the first waypoint). It has no bound.
-
-    angles, least: of the grid, as in dp. leg_rate is not looked at, as in the chapter, and the
-    result may break it (VIOLATED; its residuals say by how much). For single worst-station
-    criteria grid_bound is the largest over the waypoints of the least cost there: no path over the
-    grid is below it. evaluations: stations. details: grid, grid_bound (None for sums).
+    The chapter's search. A worst-station criterion is judged by the station's cost; of sums over
+    steps, wheel_energy and total_energy by |M|, torque_variation by |M - M'|, M' being the choice
+    before (0 at the first waypoint). angles, least: of the grid, as in dp. leg_rate is not looked
+    at, as in the chapter, and the result may break it (VIOLATED). evaluations: stations. details:
+    grid, grid_bound (of worst stations the largest over the waypoints of the least cost there, a
+    bound on paths over the grid; None for sums).
     """
     grid, criterion = build_grid(problem, angles, least, "grid"), problem.criterion
     before = grid.layers[0].stations.map(lambda of: np.zeros_like(of[:1]))
@@ -261,11 +259,10 @@ def solve_dp(
     K n^2 w^2, w being the angles within reach; without a rate limit w is n: keep the grid coarse.
 
     Given start and end angles are nodes of their own, on the grid or not. The grid's bound is the
-    value less its rounding and that of the stations (`below`): no path over the grid is better.
+    value less its rounding and that of the stations (`below`); it bounds no drive off the grid.
     INACCURATE where the objective is not within 1e-8 of the value, nor within 1e-12 of what the
-    vehicle's weight would give. It bounds no drive off the grid, so that lower_bound is None;
-    `solve(problem, "branch")` has one. FAILED where there is no path over the grid: see
-    `without_path`. evaluations: stations. details: grid, grid_bound, edges (moves looked at).
+    vehicle's weight would give. FAILED where there is no path over the grid: see `without_path`.
+    evaluations: stations. details: grid, grid_bound, edges (moves looked at).
     """
     K = len(problem.x)
     if polish:

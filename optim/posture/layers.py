@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import jax
@@ -100,13 +101,15 @@ def shortfall(grid: Any, progress: bool) -> dict[str, Any]:
     scaled violations, the largest of each waypoint, have the least sum; None where postures or the
     rate let none through. misses: by constraint, the worst violation on it [own unit] and its place
     [m]. least_friction: with which a path would meet all constraints, for one friction everywhere;
-    None where none would. steepest: the greatest slope angle at a waypoint [rad] and its place [m].
+    None where none would, or with min_normal and a free split, where it is not known. steepest:
+    the greatest slope angle at a waypoint [rad] and its place [m].
     """
     blocked, totals, needed = _passed(grid, progress)
     closest = grid.angles_at(_back(grid, totals)) if np.any(np.isfinite(totals[-1])) else None
     x, slopes = grid.problem.x, np.arctan(np.abs(slopes_at(grid.problem.track, grid.problem.x)))
     runs = np.split(blocked, np.flatnonzero(np.diff(blocked) > 1) + 1) if len(blocked) else []
     simple = np.ndim(grid.problem.friction) == 0 and grid.problem.track.surface is None
+    simple &= not (grid.problem.free_split and grid.problem.min_normal)
     return {
         "blocked": np.array([[x[run[0]], x[run[-1]]] for run in runs]).reshape(-1, 2),
         "closest": closest,
@@ -118,25 +121,27 @@ def shortfall(grid: Any, progress: bool) -> dict[str, Any]:
 
 @float64_program
 def _scaled(posture: Posture, at: Station) -> tuple[dict[str, Array], Array]:
-    """Least scaled margin of each group [N], and friction that each station needs, infinite where
-    another constraint is missed."""
+    """Least scaled margin of each group [N], and friction needed, infinite where others fail."""
     margins = {name: jnp.min(of, axis=-1) for name, of in posture.margins(at).items()}
     placed = margins.pop("pose") > 0
     margins = {name: jnp.where(placed & at.finite, of, -jnp.inf) for name, of in margins.items()}
-    needed = [jnp.where(N > 0, (abs(F) + posture.min_grip) / N, jnp.inf) for F, N, _ in at.wheels]
-    met = jnp.all(jnp.stack([of for name, of in margins.items() if name != "grip"]) >= 0, axis=0)
-    return margins, jnp.where(met, jnp.maximum(*needed), jnp.inf)
+    grip = posture.min_grip - FEASIBLE * posture.params.weight
+    needed = [jnp.where(N > 0, (abs(F) + grip) / N, jnp.inf) for F, N, _ in at.wheels]
+    least = jnp.min(jnp.stack([of for name, of in margins.items() if name != "grip"]), axis=0)
+    return margins, jnp.where(least >= -FEASIBLE, jnp.maximum(jnp.maximum(*needed), 0.0), jnp.inf)
 
 
 def _passed(grid: Any, progress: bool) -> tuple[np.ndarray, list[Float[np.ndarray, "N"]], float]:
-    """Blocked waypoints, least sums of violations up to each node, and the friction that is needed
-    along the path that needs least."""
+    """Blocked waypoints, least sums of violations to each node, and least friction of a path."""
     blocked: list[int] = []
     totals: list[np.ndarray] = []
-    needs = np.zeros(0)
+    needs, at_least = np.zeros(0), grid.layers
+    if grid.problem.free_split:  # without friction the split is the one that needs least
+        at_least = Layers(replace(grid.problem, friction=0.0), grid.pairs)
     with Bar(f"{grid.method}: what misses least", len(grid.layers), "waypoint", progress) as bar:
         for k, layer in enumerate(grid.layers):
-            margins, need = _scaled(grid.problem.limits, layer.stations)
+            margins, _ = _scaled(grid.problem.limits, layer.stations)
+            _, need = _scaled(grid.problem.limits, at_least[k].stations)
             miss = np.max([np.maximum(-of, 0.0) for of in margins.values()], axis=0)
             if not np.any(layer.admissible):
                 blocked.append(k)

@@ -56,7 +56,7 @@ class PostureProblem(PostureData, Problem[evaluate.PostureResult]):
     above the ground [m]. max_torque: of each wheel's motor, either way [N m]; None: any.
     start_angles, end_angles: the first and the last pair where they are given, rear and front
     [rad]. solver: how poses are found. free_split: a motor at each wheel, and at each station the
-    `difference` of `safe_split` between them in place of the same torque at both.
+    `difference` of `safe_split` with min_grip and max_torque in place of the same torque at both.
 
     The wheels keep params.wheel_gap between them, at the waypoints and, where leg_rate is given and
     apart_between, between them, too; PoseSolver(overlap=True) lets them overlap, as in the chapter.
@@ -131,9 +131,9 @@ class PostureProblem(PostureData, Problem[evaluate.PostureResult]):
                 "criterion": self.criterion.of(self.params),
             }
             numbers |= {name: getattr(self, name) for name in evaluate.LIMITS}
-            return evaluate.Posture(
-                **jax.tree.map(_number, numbers), solver=self.solver, free_split=self.free_split
-            )
+            if self.free_split:
+                numbers["split"] = self.min_grip or None, self.max_torque
+            return evaluate.Posture(**jax.tree.map(_number, numbers), solver=self.solver)
 
     @property
     def waypoints(self) -> evaluate.Waypoints:

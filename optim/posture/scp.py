@@ -28,7 +28,7 @@ from stickslip.optim.posture import evaluate
 from stickslip.optim.posture.criteria import Criterion, Station, paid, steps
 from stickslip.optim.posture.evaluate import PostureResult, each_angle, pushed
 from stickslip.optim.posture.waypoints import CONVEX
-from stickslip.optim.problem import COUNT, OptimStatus, require_scalar, solve_quietly
+from stickslip.optim.problem import COUNT, FEASIBLE, OptimStatus, require_scalar, solve_quietly
 from stickslip.optim.progress import Bar
 
 if TYPE_CHECKING:
@@ -92,11 +92,11 @@ def linear_terms(criterion: Criterion, at: Station, slopes: Station):
     return terms, term_slopes, jnp.all(at.placed & at.finite) & jnp.all(jnp.isfinite(terms))
 
 
-def within_rates(problem: PostureProblem, x: Float[np.ndarray, "n"]) -> np.ndarray | None:
+def within_rates(problem: PostureProblem, x: np.ndarray, slack: float = 0.0) -> np.ndarray | None:
     """x, or a point near it within the bounds and the leg rates; None if there is none."""
     angles = problem.angles(x).copy()
-    low, high = (side.reshape(-1, 2).copy() for side in problem.bounds)
-    most = problem.longest_moves * (1 + 1e-9)
+    low, high = np.reshape(problem.bounds, (2, -1, 2)) + slack * np.array([[[-1]], [[1]]])
+    most = problem.longest_moves * (1 + 1e-9 + slack)
     for k, move in reversed(list(enumerate(most))):  # from where the rest can be reached
         low[k] = np.maximum(low[k], low[k + 1] - move)
         high[k] = np.minimum(high[k], high[k + 1] + move)
@@ -179,10 +179,9 @@ def solve_scp(
     SMALLEST [rad]. Margins are kept by an exact penalty with rising price; bounds and leg rates,
     which are linear, exactly.
 
-    Nothing is proved of the value: FEASIBLE, LIMIT after `iterations`, VIOLATED (the message names
-    what is missed), INACCURATE where the solver failed to the end, FAILED without a pose to begin.
-    evaluations: linearisations. details: steps (iterations), predicted (the last relative decrease
-    that the model promised within the box: zero at a stationary point).
+    Nothing is proved of the value: FEASIBLE, LIMIT after `iterations`, VIOLATED, INACCURATE where
+    the solver failed to the end, FAILED without a pose to begin. evaluations: linearisations.
+    details: steps (iterations), predicted (the last relative decrease that the model promised).
     """
     began = time.perf_counter()
     for name, value in (("radius", radius), ("tolerance", tolerance)):
@@ -195,8 +194,9 @@ def solve_scp(
         return begun
     x, note = within_rates(problem, begun[0]), begun[2]
     if x is None:
+        near = within_rates(problem, begun[0], FEASIBLE) is not None
         return PostureResult.without_point(
-            method="scp", status=OptimStatus.INFEASIBLE, began=began,
+            method="scp", status=OptimStatus["FAILED" if near else "INFEASIBLE"], began=began,
             message="leg_rate lets no path lead from start_angles to end_angles in this range",
         )  # fmt: skip
     search = _Search(problem, x, tolerance)

@@ -81,8 +81,7 @@ def waypoints_along(
     """Evenly spaced places of the front wheel [m]; see PostureProblem.along.
 
     By default the first lies in from the track's start by the longest wheelbase and by how far the
-    contacts of both wheels can lie off below their centres on the steepest slope there. More
-    waypoints than memory holds stations of are refused.
+    contacts can lie off below the wheels' centres there. More than memory holds are refused.
     """
     track = track_of(track)
     checks.require_kind("params", params, UGVParams, "UGVParams, or None")
@@ -193,10 +192,9 @@ def wheelbase(params: UGVParams, rear: np.ndarray, front: np.ndarray) -> np.ndar
 def nearer_between(params: UGVParams, turn: float) -> float:
     """Greatest approach of the wheels between two waypoints, below their distance at both [m].
 
-    turn: the most that a leg turns from one to the next, evenly [rad]. Where the wheels are closest
-    their distance does not change along the move. So of the postures with wheels that just touch,
-    one for each angle of the rear leg, the moves along which the distance is stationary are looked
-    at: the most that it grows towards both ends.
+    turn: the most that a leg turns from one to the next, evenly [rad]. Of the postures with wheels
+    that just touch, one for each angle of the rear leg, the moves along which the distance is
+    stationary are looked at: the most that it grows towards both ends.
     """
     l, L = float(params.leg_length), float(params.body_length)
     low, high = float(params.leg_angle_min), float(params.leg_angle_max)
@@ -263,13 +261,12 @@ def fitting_grid(
 ) -> tuple[Float[np.ndarray, "R"], Float[np.ndarray, "F"]]:
     """Evenly spaced angles of the rear and of the front leg [rad], at least so many each.
 
-    On a grid a leg moves by whole steps alone: with steps of 70 % of what the rate allows between
-    waypoints, 30 % of the rate lie idle, and all of it with steps of 101 %. So the step is a whole
-    part of leg_rate times the shortest spacing, and the angles run through the given start and
-    end (through the start alone where no such step leads from one to the other; through the middle
-    of the range where neither is given). Less than a step is left out at the ends of the range.
-    Where FINEST angles do not suffice, only those within reach of the given ends are taken; and
-    where even these are too many, or the rate has no limit, `least` over the whole range.
+    On a grid a leg moves by whole steps: with steps of 70 % of what the rate allows between
+    waypoints, 30 % of it lie idle. So the step is a whole part of leg_rate times the shortest
+    spacing, and the angles run through the given start and end (the start alone where no such step
+    leads from one to the other; the middle of the range where neither is given). Where FINEST are
+    too few, only those within reach of the given ends are taken; and where even these are
+    too many, or the rate has no limit, `least` over the whole range.
     """
     ends = [of for of in (problem.start_angles, problem.end_angles) if of is not None]
     rear, front = (_of_leg(problem, [float(at[leg]) for at in ends], least) for leg in (0, 1))

@@ -15,7 +15,7 @@ from stickslip.optim.posture.bounds.cells import NONE, StationCells, Surveyor, f
 from stickslip.optim.posture.bounds.ground import ground_of
 from stickslip.optim.posture.bounds.sweep import Sums, bottleneck, place
 from stickslip.optim.posture.criteria import LEAST_NORMAL
-from stickslip.optim.posture.evaluate import PostureResult, below
+from stickslip.optim.posture.evaluate import PostureResult, below, tolerated
 from stickslip.optim.posture.grid import solve_dp
 from stickslip.optim.posture.problem import PostureProblem
 from stickslip.optim.problem import COUNT, FEASIBLE, OptimStatus, require_scalar
@@ -130,11 +130,10 @@ class DriveBound:
     infinite. levels: how the bound grew: of each level of cells their width at the rear leg [rad],
     the bound, and the share of them alive, which a better drive may pass. seconds: all of it.
 
-    Proved from the problem's own numbers in interval arithmetic, with the one assumption of
-    `stickslip.optim.intervals` and, on tables whose pieces miss each other by rounding, an
-    allowance of JOINTS times that. Left out, so that the bound may be lower than it need be: the
-    clearance, the motors' torque, and ground that enters a wheel beside its contact. No bound for
-    what lies between the waypoints, or for others."""
+    Proved in interval arithmetic, with the one assumption of `stickslip.optim.intervals` and, on
+    tables whose pieces miss each other by rounding, an allowance of JOINTS times that. Left out, so
+    that it may be lower than need be: clearance, the motors' torque, and ground that enters a wheel
+    beside its contact. No bound for what lies between the waypoints."""
 
     value: float
     best: float
@@ -161,12 +160,11 @@ def bound_every_drive(
 ) -> DriveBound:
     """Lower bound on the value of every drive at the problem's waypoints, on the grid or off it.
 
-    Leg angles are cut into cells at every waypoint. Torques, turns and forces at the cells' corners
-    and their derivatives inside are enclosed in interval arithmetic (ground.py, vehicle.py); with
-    them dynamic programming over pairs of cells bounds every drive (steps.py, sweep.py). Worst
-    stations: the least worst of all paths of cells. Cells that no drive as good as the best known
-    can pass are dropped, the others halved where the bound loses (`lossy`), until the gap is
-    `tolerance`, the next level has more than `most_corners`, or there were MOST_LEVELS.
+    Leg angles are cut into cells at every waypoint. Torques, turns and forces at corners and their
+    derivatives inside are enclosed in intervals (ground.py, vehicle.py); with them dynamic
+    programming over pairs of cells bounds every drive (steps.py, sweep.py). Cells that no drive as
+    good as the best known can pass are dropped, the others halved where the bound loses, until the
+    gap is `tolerance`, the next level has more than `most_corners`, or there were MOST_LEVELS.
 
     x: the best drive known, feasible; by default none: nothing is dropped. cells: of each leg's
     range at the first, about. ValueError, before anything is computed, for ground given as a
@@ -258,9 +256,8 @@ def solve_branch(
 
     start: the drive [2K]; None: that of dp, polished by scp. The lower bound is that of
     `bound_every_drive`, whose options tolerance, cells and most_corners are. OPTIMAL where the gap
-    is within the tolerance, else FEASIBLE; INFEASIBLE where it proves that no drive meets the
-    constraints. details: gap (of the value), levels (width of cells, bound, share of cells left).
-    evaluations: of the drive's own method.
+    is within the tolerance, else FEASIBLE; INFEASIBLE where it proves that there is no drive.
+    details: gap (of the value), levels (see DriveBound). evaluations: of the drive's own method.
     """
     began = time.perf_counter()
     require_boundable(problem)
@@ -274,8 +271,8 @@ def solve_branch(
     known = drive.x if drive.feasible else None
     found = bound_every_drive(problem, known, tolerance=tolerance, **options)
     details = {"gap": found.gap, "levels": list(found.levels)}
-    torque, most = problem.criterion.name == "peak_torque", problem.max_torque
-    beyond = torque and most is not None and found.value > (1 + BEYOND) * float(most)
+    torque, most = problem.criterion.name == "peak_torque", float(problem.max_torque or np.inf)
+    beyond = torque and found.value > (1 + BEYOND) * most + tolerated(problem, "torque")
     if found.value == float("inf") or (beyond and not drive.feasible):
         return PostureResult.without_point(
             method="branch",

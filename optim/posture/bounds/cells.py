@@ -1,10 +1,9 @@
 """Cells of leg angles: where they are cut, what is proved of them: values, derivatives, exclusion.
 
 Take a leg at a in a cell I and, a waypoint later, at b in a cell J, with |b - a| <= what the rate
-allows. Where the cells are a whole part of that long, the (a, b) that are allowed are a union of
-squares I x J, all of whose corners are allowed moves, and of triangles, halves of squares cut along
-the diagonal b - a = limit, whose three corners are. So a function over the allowed moves that lies
-above its interpolant of these corners (less something known) is bounded by its values there.
+allows. Where that is a whole number of cells, the allowed (a, b) are squares I x J and triangles,
+halves of squares cut along the diagonal b - a = limit, whose corners are allowed moves. So a
+function that lies above its interpolant of these (less something known) is bounded there.
 """
 
 from __future__ import annotations

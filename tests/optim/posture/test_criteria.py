@@ -90,7 +90,7 @@ def test_stations_follow_the_dtype_of_what_they_are_given(dtype):
     posture = over_bump().posture
     cast = jax.tree.map(lambda leaf: jnp.asarray(leaf, dtype), posture)
     found = jax.jit(lambda of, angles: station(
-        of.solver, of.free_split, of.params, of.odometer, of.x, angles, of.friction
+        of.solver, of.params, of.odometer, of.x, angles, of.friction
     ))(cast, jnp.full((len(posture.x), 2), 1.5, dtype))  # fmt: skip
     assert {of.dtype for of in found[:-1]} == {dtype}
     wide = over_bump().stations(np.full(over_bump().n, 1.5))

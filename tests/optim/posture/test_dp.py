@@ -38,8 +38,7 @@ def every_path(problem: PostureProblem) -> tuple[np.ndarray, Station]:
     good = np.all((at.grip >= 0) & (at.N_rear >= 0) & (at.N_front >= 0), axis=1)
     good &= np.all(at.clearance >= problem.min_clearance, axis=1)
     rear, front = np.moveaxis(0.35 * np.exp(1j * angles), -1, 0)
-    wheels = np.abs(0.83 - front - rear.conj())
-    good &= np.all(wheels >= 0.56 + problem.min_wheel_clearance, axis=1)
+    good &= np.all(abs(0.83 - front - rear.conj()) >= 0.56 + problem.min_wheel_clearance, axis=1)
     if problem.leg_rate is not None:
         moves = np.abs(np.diff(angles, axis=1)) / np.diff(problem.x)[:, None]
         good &= np.all(moves <= problem.leg_rate + 1e-9, axis=(1, 2))
@@ -52,8 +51,7 @@ def every_path(problem: PostureProblem) -> tuple[np.ndarray, Station]:
 def test_no_path_of_all_is_better(leg_rate, ends):
     problem = tiny(leg_rate=leg_rate, **ends)
     angles, at = every_path(problem)
-    count = 9 ** (2 if ends else 4)
-    assert 0 < len(angles) < count  # some break a constraint
+    assert 0 < len(angles) < 9 ** (2 if ends else 4)  # some break a constraint
     for name in CRITERIA:
         found = solve(replace(problem, criterion=name), "dp", angles=3)
         costs = plain_cost(name, at, problem.friction)
@@ -92,9 +90,12 @@ def test_a_grid_without_a_path_names_the_constraint_and_proves_nothing(fields, m
     assert re.search(message, found.message), found.message
 
 
-def test_a_given_pair_that_breaks_a_constraint_is_infeasible():
-    found = solve(tiny(start_angles=(1.3, 1.9), min_clearance=3.0), "dp", angles=3)
-    assert found.status is OptimStatus.INFEASIBLE
+def test_a_given_pair_that_breaks_a_constraint_is_infeasible_and_one_within_tolerance_is_not():
+    problem = tiny(start_angles=(1.3, 1.9), friction=2.0)
+    clearance = problem.stations(solve(problem, "dp", angles=3).x).clearance[0]
+    for by, status in ((5e-7, OptimStatus.FEASIBLE), (5e-6, OptimStatus.INFEASIBLE)):
+        found = solve(replace(problem, min_clearance=clearance + 0.35 * by), "dp", angles=3)
+        assert found.status is status
     assert found.message.startswith("infeasible: at waypoint 0")
 
 

@@ -10,7 +10,7 @@ import pytest
 from stickslip.dynamics.ugv import Track
 from stickslip.optim import OptimStatus, PostureProblem, solve
 from stickslip.optim.posture import evaluate
-from tests.optim.posture.helpers import over_bump
+from tests.optim.posture.helpers import HIGH, LOW, over_bump
 
 
 def lost(problem, **options):
@@ -20,12 +20,14 @@ def lost(problem, **options):
     return found.details
 
 
-def test_the_least_friction_is_enough_and_a_little_less_is_not():
-    problem = over_bump(friction=0.01)
+@pytest.mark.parametrize("free", [{"min_grip": 200.0, "max_torque": 250.0}, {"min_grip": 0}, None])
+def test_the_least_friction_is_enough_and_a_little_less_is_not(free):
+    problem = over_bump(friction=0.01, free_split=free is not None, **free or {})
     needed = lost(problem)["least_friction"]
-    enough = replace(problem, friction=needed * (1 + 1e-9))
-    assert solve(enough, "dp", angles=5, polish=False).feasible
+    for mu in (needed * (1 + 1e-8), 1.01 * needed, 1.5 * needed):
+        assert solve(replace(problem, friction=mu), "dp", angles=5, polish=False).feasible
     lost(replace(problem, friction=needed * (1 - 1e-6)))
+    assert not free or lost(replace(problem, min_normal=1.0))["least_friction"] is None
 
 
 def test_no_friction_helps_against_a_weak_motor_which_is_named_with_its_place():
@@ -34,11 +36,9 @@ def test_no_friction_helps_against_a_weak_motor_which_is_named_with_its_place():
     assert details["least_friction"] is None
     torque = np.abs(problem.stations(details["closest"].reshape(-1)).torque)
     ((name, (by, at)),) = details["misses"].items()
-    assert name == "torque"
+    assert (name, at) == ("torque", problem.x[np.argmax(torque)])
     assert by == pytest.approx(np.max(torque) - 0.01)
-    assert at == problem.x[np.argmax(torque)]
-    first, last = details["blocked"][0]
-    assert problem.x[0] <= first <= last <= problem.x[-1]
+    assert problem.x[0] <= details["blocked"][0, 0] <= details["blocked"][0, 1] <= problem.x[-1]
 
 
 @pytest.mark.parametrize("given", [{}, {"start_angles": (1.5, 1.5)}])
@@ -53,8 +53,7 @@ def test_the_closest_drive_misses_least_of_all_paths_over_the_grid(given):
         worst = [np.maximum(-np.min(of, -1), 0) for name, of in margins.items() if name != "pose"]
         return float(np.sum(np.max(worst, axis=0)))
 
-    p = problem.params
-    each = np.linspace(p.leg_angle_min, p.leg_angle_max, 3)
+    each = np.linspace(LOW, HIGH, 3)
     pairs = np.array(list(itertools.product(each, repeat=2)))
     first = pairs if problem.start_angles is None else problem.start_angles[None]
     moves = 2.0 * np.diff(problem.x) + 1e-9
