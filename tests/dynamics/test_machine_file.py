@@ -40,8 +40,7 @@ def test_units_are_those_of_the_file(tmp_path):
     changed = {name: np.array(getattr(plain, name)) for name in tibia}
     for name, value in tibia.items():
         changed[name][1] = value
-    expected = plain.replace(**changed)
-    assert all(map(np.allclose, leaves(robot), leaves(expected)))
+    assert all(map(np.allclose, leaves(robot), leaves(plain.replace(**changed))))
     assert ROBOT.read(path, {})["motor.torque_limit"] == 6.0
 
 
