@@ -223,16 +223,24 @@ class SafeSplit(NamedTuple):
 
 
 def safe_split(
-    params: UGVParams, placed: Pose, friction: Any, min_grip: Any = None, max_torque: Any = None
+    params: UGVParams,
+    placed: Pose,
+    friction: Real[Array, "..."] | float | tuple[Array, Array],
+    min_grip: Real[Array, ""] | float | None = None,
+    max_torque: Real[Array, ""] | float | None = None,
 ) -> SafeSplit:
     """The splits with |F| <= mu N - min_grip at both wheels, with a motor at each (eq. 42).
 
     friction: as of `balance`, numbers or of the pose's shape; less than 1e-6 counts as that. Forces
     do not depend on it: what grips at the lower end of an uncertain mu grips at all of it. F and N
     are linear in the difference, so each condition leaves a half-line. Only differences up to the
-    weight are looked at. max_torque: of each motor [N m]. Neglected: inertia.
+    weight are looked at. min_grip: what each wheel keeps [N]; max_torque: of each motor, either way
+    [N m]; None: no such limit. Neglected: inertia.
     """
-    require_number("friction", friction, low=0.0, accepted="numbers >= 0")
+    given = {"friction": friction, "min_grip": min_grip, "max_torque": max_torque}
+    for name, value in given.items():
+        if value is not None:
+            require_number(name, value, low=0.0, accepted="numbers >= 0")
     each = friction if isinstance(friction, tuple) else (friction, friction)
     mu_rear, mu_front = (jnp.maximum(mu, 1e-6) for mu in each)
     family, W = split_family(params, placed), params.weight

@@ -167,16 +167,17 @@ def test_the_interval_is_that_of_linear_programs(dtype, off, float64):
 
 
 def test_a_slope_needs_its_tangent_and_less_has_a_status(float64):
-    def split(slope, friction=0.25):
+    def split(slope, **given):
         pose = placed(UGVParams(), Track.incline(slope), 4.0, np.full(2, np.pi / 2))
-        return safe_split(UGVParams(), pose, friction)
+        return safe_split(UGVParams(), pose, **{"friction": 0.25} | given)
 
     found = jax.jit(jax.value_and_grad(lambda slope: split(slope).friction_use))(0.3)
     np.testing.assert_allclose(found, [0.3 / 0.25, 1 / 0.25], rtol=1e-9)
     for slope, status in ((0.2, Status.OK), (0.3, Status.WHEEL_SLIP), (0.8, Status.ROLLOVER)):
         assert [split(slope).status, *np.isfinite(split(slope)[:3])] == [status, True, True, True]
-    with pytest.raises(ValueError, match=r"friction = -0\.1 is not accepted; accepted: numbers"):
-        split(0.2, -0.1)
+    for name in ("friction", "min_grip", "max_torque"):
+        with pytest.raises(ValueError, match=rf"{name} = -0\.1 is not accepted; accepted: numbers"):
+            split(0.2, **{name: -0.1})
 
 
 def test_slip_rollover_and_grounding_are_told(float64):
@@ -192,8 +193,7 @@ def test_slip_rollover_and_grounding_are_told(float64):
     folded = equilibrium(top_heavy, steep, 4.0, short, 5.0)
     assert folded.status == Status.OVERLAP
     np.testing.assert_allclose(folded.wheel_clearance, 0.83 - 0.8 * np.cos(np.pi / 6) - 0.56)
-    as_in_chapter = PoseSolver(overlap=True)
-    folded = equilibrium(top_heavy, steep, 4.0, short, 5.0, solver=as_in_chapter)
+    folded = equilibrium(top_heavy, steep, 4.0, short, 5.0, solver=PoseSolver(overlap=True))
     assert (folded.status, folded.wheel_clearance) == (Status.ROLLOVER, np.inf)
     low = UGVParams(leg_length=0.1, wheel_radius=0.1)
     crest = Track.bump(0.35, 4.0, 0.4).astype(float64)
