@@ -135,13 +135,13 @@ def _passed(grid: Any, progress: bool) -> tuple[np.ndarray, list[Float[np.ndarra
     """Blocked waypoints, least sums of violations to each node, and least friction of a path."""
     blocked: list[int] = []
     totals: list[np.ndarray] = []
-    needs, at_least = np.zeros(0), grid.layers
+    needs, freed = np.zeros(0), None
     if grid.problem.free_split:  # without friction the split is the one that needs least
-        at_least = Layers(replace(grid.problem, friction=0.0), grid.pairs)
+        freed = Layers(replace(grid.problem, friction=0.0), grid.pairs)
     with Bar(f"{grid.method}: what misses least", len(grid.layers), "waypoint", progress) as bar:
         for k, layer in enumerate(grid.layers):
-            margins, _ = _scaled(grid.problem.limits, layer.stations)
-            _, need = _scaled(grid.problem.limits, at_least[k].stations)
+            margins, need = _scaled(grid.problem.limits, layer.stations)
+            need = need if freed is None else _scaled(grid.problem.limits, freed[k].stations)[1]
             miss = np.max([np.maximum(-of, 0.0) for of in margins.values()], axis=0)
             if not np.any(layer.admissible):
                 blocked.append(k)
