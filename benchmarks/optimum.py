@@ -70,6 +70,8 @@ ACTIONS, AHEAD, BEAM, HELD = 21, 4, 4, 5
 """Torques, steps that the policy looks ahead, paths that it keeps, steps between its choices."""
 FINER, FINEST = 4, 16
 """Parts of the environment's steps in the process, and in the replay that confirms a policy."""
+MULTIPLIER = 3.2
+"""What a metre of slide costs where a task limits the cost, whose mean then is near the limit."""
 MOST_LOST = 0.01
 """Score that a policy may lose in that replay, for its returns to count."""
 
@@ -283,10 +285,7 @@ class Transitions(NamedTuple):
 
 
 def transitions(process: Any) -> Transitions:
-    """Transitions of all nodes under all actions; what the grid does not cover is not guessed.
-
-    process: a Walk, or another pytree with its methods.
-    """
+    """Transitions of all nodes of a process, a Walk or like one, under all its actions."""
     sheets, nodes = process.grid.nodes
     return _from_nodes(process, sheets.astype(np.int8), nodes.astype(process.actions.dtype))
 
@@ -393,10 +392,9 @@ class ValuePolicy(Memoryless):
         self, memory: None, obs: Array, env_state: BipedEnvState, env_params: BipedEnvParams
     ) -> tuple[None, Array]:
         """See Controller."""
-        walk = replace(self.walk, params=env_params)
         held = env_state.drawn._replace(commands=None)  # later commands are not known
         env_state = replace(env_state, drawn=held)
-        return memory, look_ahead(walk, self.values, env_state, AHEAD, BEAM)[0]
+        return memory, look_ahead(self.walk, self.values, env_state, AHEAD, BEAM)[0]
 
 
 def solve(walk: Walk) -> ValuePolicy:
@@ -408,6 +406,8 @@ def solve(walk: Walk) -> ValuePolicy:
 def planner(task: TaskDefinition) -> ValuePolicy:
     """The policy of a task, whose process takes finer steps than the environment."""
     env, params = cast("tuple[BipedEnv, BipedEnvParams]", task.make())
+    if task.cost_limit is not None:
+        params = replace(params, slip_weight=MULTIPLIER)
     return solve(Walk.of(replace(env, substeps=FINER * env.substeps), params))
 
 
@@ -418,7 +418,7 @@ def with_row(task: TaskDefinition, before: dict[str, Any]) -> dict[str, Any]:
     row is of these: what the environment's step adds is not earned.
     """
     policy = planner(task)
-    env, params = policy.walk.env, policy.walk.params
+    env, params = policy.walk.env, task.make()[1]
     places = [replace(env, substeps=env.substeps // FINER * parts) for parts in (1, FINEST)]
     keep, seeds = machine_by_name(task.machine).measures(env).keep, range(before["episodes"])
     rows = [entry(task, VALUE_ITERATION, play(one, policy, params, seeds, keep)) for one in places]

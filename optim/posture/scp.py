@@ -195,8 +195,9 @@ def solve_scp(
     x, note = within_rates(problem, begun[0]), begun[2]
     if x is None:
         near = within_rates(problem, begun[0], FEASIBLE) is not None
+        status = OptimStatus.FAILED if near else OptimStatus.INFEASIBLE
         return PostureResult.without_point(
-            method="scp", status=OptimStatus["FAILED" if near else "INFEASIBLE"], began=began,
+            method="scp", status=status, began=began,
             message="leg_rate lets no path lead from start_angles to end_angles in this range",
         )  # fmt: skip
     search = _Search(problem, x, tolerance)
