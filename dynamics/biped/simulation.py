@@ -14,7 +14,7 @@ from jax.core import eval_context
 
 from stickslip.dynamics import checks, pytrees
 from stickslip.dynamics.biped import settings
-from stickslip.dynamics.biped.contact import CrankMotion, System, Torque, at_instant, torque_held
+from stickslip.dynamics.biped.contact import CrankMotion, System, Torque, at_instant
 from stickslip.dynamics.biped.links import exchange_mismatch
 from stickslip.dynamics.biped.model import BipedModel, prepare
 from stickslip.dynamics.biped.params import BipedParams
@@ -26,7 +26,7 @@ from stickslip.dynamics.scene import Grip, Scene, scene_of
 from stickslip.dynamics.status import EventKind, Status
 
 if TYPE_CHECKING:
-    from jaxtyping import Real
+    from jaxtyping import Array, Real
 
     from stickslip.dynamics.biped.contact import Drive
 
@@ -86,8 +86,8 @@ def simulate(
     stay those of its first call; to vary them, pass `jax.tree_util.Partial(function, gain)`, asked
     as function(gain, state), or a callable registered pytree. max_power [W]: of the motor, which
     gives less torque where |torque x crank rate| would be more; the trajectory's `torques` are then
-    those at the end of each step. The rest as in `step`. Raises ValueError also for a linkage that
-    cannot hand over its support, when the scene is continuous.
+    the mean of each step, its work over the angle turned. The rest as in `step`. Raises ValueError
+    also for a linkage that cannot hand over its support, when the scene is continuous.
     """
     if max_power is not None:
         accepted = "a finite power > 0 [W]"
@@ -233,8 +233,7 @@ def _simulate(
         after, contact = jax.tree.map(
             lambda new, old: jnp.where(over, old, new), (after, contact), (now, _idle(last))
         )
-        held = torque_held(drive)
-        return (after, contact), (after, contact.torque if held is None else held, contact)
+        return (after, contact), (after, _torque_of(drive, now, after, contact), contact)
 
     idle = kind(jnp.zeros((), dtype), *limits)
     shapes = jax.eval_shape(lambda: _step(spec, fidelity, model, scene, state, idle, size)[1])
@@ -246,6 +245,20 @@ def _simulate(
         times = begun + contacts.events.times
         contacts = replace(contacts, events=replace(contacts.events, times=times))
     return Trajectory(states, torques, contacts)
+
+
+def _torque_of(drive: Drive, now: BipedState, after: BipedState, contact: Contact) -> Array:
+    """What `Trajectory.torques` has of a step [N m]."""
+    if isinstance(drive, CrankMotion):
+        return contact.torque
+    if drive.max_power is None:
+        return drive.torque
+    fastest = jnp.maximum(jnp.abs(now.crank_rate), jnp.abs(after.crank_rate))
+    turned = after.phase - now.phase + np.pi * (after.steps - now.steps)
+    mean = contact.work / jnp.where(turned == 0, 1.0, turned)
+    mean = jnp.where(turned == 0, contact.torque, mean)
+    size = jnp.abs(drive.torque)
+    return jnp.where(fastest * size > drive.max_power, jnp.clip(mean, -size, size), drive.torque)
 
 
 def _idle(contact: Contact) -> Contact:

@@ -78,7 +78,6 @@ class Walk:
     status: Status
     along: Along
     law: Rate | None = None
-    max_power: float | None = None
 
     @property
     def count(self) -> int:
@@ -136,7 +135,7 @@ def walked(
         found = _along(robot, scene.floor, jax.tree.map(jnp.asarray, whole.states))
     walk = Walk(robot, scene, whole, size, status, Along(*map(np.asarray, found)))
     if not isinstance(law, Rates):
-        return replace(walk, max_power=max_power)
+        return walk
     _require_power(walk, limit, max_power)
     return replace(walk, law=law.rate)
 
@@ -172,10 +171,11 @@ def _trimmed(path: biped.Trajectory) -> tuple[biped.Trajectory, Status]:
 def walk_table(walk: Walk) -> Table:
     """A row for the start and one for the end of every period, numbers as they were computed.
 
-    torque: held from there on (in the last row: up to there), and what is needed there where the
-    crank's motion is given. Forces: at the end of the period that ends there. slid: the foot's path
-    in it, either direction; foot position: how far it has slid in all, forwards positive. What
-    belongs to the period before is empty in the first row.
+    torque: held from there on (in the last row: up to there), or the mean of that period where the
+    motor's power limits it; where the crank's motion is given, what is needed there. Forces: at the
+    end of the period that ends there. slid: the foot's path in it, either direction; foot position:
+    how far it has slid in all, forwards positive. What belongs to the period before is empty in the
+    first row.
     """
     path = walk.trajectory
     states, torques, contacts = path.states, path.torques, path.contacts
@@ -225,10 +225,6 @@ def need_of(held: Walk) -> Need | None:
     if held.law is not None:
         return footing.accelerated(angle, rate, np.diff(rate) / seconds)
     torque = np.asarray(held.trajectory.torques, np.float64)
-    if held.max_power is not None:  # the mean of each period
-        turned = np.diff(angle)
-        mean = held.trajectory.contacts.work / np.where(turned == 0, 1.0, turned)
-        torque = np.where(turned == 0, torque, mean)
     return footing.driven(angle, rate, torque, seconds)
 
 

@@ -22,12 +22,15 @@ def test_power_is_limited_at_every_instant_and_all_work_becomes_energy(integrato
     how = {"integrator": integrator, "max_power": 3.0}
     walk = simulate(robot, Scene.grip(outputs="state"), start, 2.0, 0.4, 0.002, **how)
     states, footing = jax.tree.map(np.asarray, walk.states), Footing.of(robot)
-    power = np.asarray(walk.torques) * states.crank_rate[1:]
+    power = np.asarray(walk.contacts.torque) * states.crank_rate[1:]
     assert power.max() == pytest.approx(3.0)
     assert power.min() > 1.9  # 2 N m until then
     energy = footing.profiles.at(states.phase).M * states.crank_rate**2 / 2
     energy += footing.height(states.phase)
     np.testing.assert_allclose(np.diff(energy), walk.contacts.work, atol=2e-8)
+    turned = np.diff(states.phase + np.pi * states.steps)
+    np.testing.assert_allclose(walk.torques * turned, walk.contacts.work, rtol=1e-5)
+    np.testing.assert_array_equal(walk.torques[power < 2.9], 2.0)
 
 
 def test_the_environment_saturates_and_pays_for_losses():
