@@ -31,15 +31,13 @@ class Method:
     """An optimiser by name.
 
     function: minimises until it ends or the budget ends it. inside: it works on the problem itself:
-    its time alone is comparable and its seeds do not differ. batch: points evaluated at once.
-    families: of instances, all if empty. convex: whether it takes convex instances only. most: free
-    numbers at most.
+    its time alone is comparable and its seeds do not differ. families: of instances, all if empty.
+    convex: whether it takes convex instances only. most: free numbers at most.
     """
 
     name: str
     function: Optimiser
     inside: bool = False
-    batch: int = 1
     families: tuple[str, ...] = ()
     convex: bool = False
     most: int = 10**8
@@ -120,11 +118,11 @@ METHODS = {
         Method("dp", partial(dynamic_programming, False), inside=True, families=("posture",)),
         Method("dp-scp", partial(dynamic_programming, True), inside=True, families=("posture",)),
         Method("conic", conic, inside=True, families=("gait", "split"), convex=True),
-        Method("cma", cma, batch=16),
+        Method("cma", cma),
         Method("slsqp", partial(scipy_local, "SLSQP", {"maxiter": 1000})),
         Method("trust-constr", partial(scipy_local, "trust-constr", {"maxiter": 1000})),
         Method("cobyla", partial(scipy_local, "COBYLA", {"maxiter": 10**6}), most=40),
-        Method("random", random_search, batch=64),
+        Method("random", random_search),
     )
 }
 """The optimisers that races know by name (docs/suite.md)."""

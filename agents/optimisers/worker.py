@@ -20,7 +20,7 @@ from stickslip.optim.instances.objective import Objective, Record
 from stickslip.records.signals import ENDING
 
 TRIED = 6
-"""Evaluations of a trial before the first run, besides two batches."""
+"""Evaluations of a trial before the first run, or two batches."""
 RAISED = (Exception, SystemExit, KeyboardInterrupt)
 """Exceptions of an optimiser; sys.exit() in it must not end the process that runs it."""
 A_DECADE, LEAST_GAP = 10, 1e-8
@@ -66,13 +66,30 @@ def make_run(content: bytes) -> Run:
     """Make the run of a pickled Task, after all that it needs was compiled."""
     task: Task = pickle.loads(content)
     name, method = task.instance, task.method
-    _compile(name, method.batch)
+    _compile(name)
     if (name, method.name) not in _tried:  # so that the method compiles its own, counted nowhere
         _tried.add((name, method.name))
-        few = TRIED + 2 * method.batch * (method.batch > 1)
+        one = instance(name)
+        given = {"problems": one.problems, "noisy": one.flags.noisy, "budget": task.budget}
         with suppress(*RAISED):  # the run itself will report it
-            _minimise(method, instance(name).objective(budget=few), 0)
+            _minimise(method, _Trial(**given, record=_Calls()), 0)
     return run_task(task)
+
+
+class _Calls(Record):
+    """Counts a batch as half a trial, whatever its size."""
+
+    def count(self, name: str, by: int = 1) -> None:
+        super().count(name, min(by, TRIED // 2))
+
+
+class _Trial(Objective):
+    """Compiles batches as large as the run will have them; ends after TRIED calls."""
+
+    def _left(self, wanted: int) -> int:
+        if self.record.evaluations >= TRIED:
+            raise self._spent()
+        return wanted if self.budget is None else min(wanted, self.budget)
 
 
 def _minimise(method: Method, objective: Objective, seed: int) -> None:
@@ -86,13 +103,11 @@ def _minimise(method: Method, objective: Objective, seed: int) -> None:
 
 
 @cache
-def _compile(name: str, batch: int) -> None:
+def _compile(name: str) -> None:
     """Compile what the objective needs."""
     one = instance(name)
     objective = one.objective()
     objective(objective.middle)
-    if batch > 1:
-        objective.batch(np.tile(objective.middle, (batch, 1)))
     if objective.has_slopes:
         objective.gradient(objective.middle)
         objective.jacobian(objective.middle)

@@ -1,8 +1,11 @@
 """Events of a run: values that fall, in evaluations and time."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
+from stickslip.agents.optimisers import worker
 from stickslip.agents.optimisers.methods import methods_of
 from stickslip.agents.optimisers.report import gap
 from stickslip.agents.optimisers.worker import EventRecord, Task, run_task
@@ -36,6 +39,22 @@ def test_time_is_the_processor_s_and_ends_a_run():
     run = run_task(Task(NAME, method, 0, None, 0.05))
     assert run.outcome == "spent"
     assert 0.05 < run.seconds[-1] < 1
+
+
+@pytest.mark.parametrize("budget", [None, 40])
+def test_the_trial_before_a_run_compiles_batches_of_its_sizes(budget, monkeypatch):
+    middle, sizes = instance(NAME).objective().middle, []
+
+    def batches(objective, seed):
+        for _ in range(3):
+            values = objective.batch(np.tile(middle, (64, 1)))
+            sizes.append((type(objective).__name__, len(values)))
+
+    monkeypatch.setattr(worker, "pickle", SimpleNamespace(loads=lambda task: task))
+    (method,) = methods_of({"batches": batches})
+    run = worker.make_run(Task(NAME, method, 0, budget, None))
+    assert run.evaluations[-1] == (budget or 3 * 64)
+    assert sizes.count(("_Trial", 64)) == (0 if budget else 2)
 
 
 def test_a_noisy_value_is_judged_by_other_draws_and_a_gap_by_the_best_known(monkeypatch):
