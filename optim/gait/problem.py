@@ -136,7 +136,8 @@ class GaitProblem(Problem[GaitResult]):
         if steps_taken is None:
             steps_taken, ends["end_phase"] = mark_of(params, distance)
         elif distance is not None:
-            raise ValueError(f"steps_taken = {shown(steps_taken)} with distance; accepted: None")
+            given = f"steps_taken = {shown(steps_taken)} (--steps) and distance (mark)"
+            raise ValueError(f"{given}; accepted: one of them")
         limits.setdefault("cells", steps)
         return cls(params, objective, steps_taken, False, **ends, **limits)
 

@@ -21,7 +21,7 @@ from stickslip.dynamics.checks import require_integer, require_kind, require_mem
 from stickslip.dynamics.pytrees import pytree_dataclass
 from stickslip.dynamics.scene import Scene
 from stickslip.dynamics.status import Status
-from stickslip.optim.gait.gait import Gait
+from stickslip.optim.gait.gait import Gait, friction_uses
 from stickslip.optim.gait.profile import locate, wrapped
 from stickslip.optim.problem import require_scalar
 
@@ -60,11 +60,10 @@ class Replay:
     mu: of the floor, static and kinetic (None: the foot cannot slip). status: the gravest one met.
     slid: path of the foot over the floor [m]. steps: exchanges reached. duration [s], work
     (positive, [J]) and mean_rate [rad/s] up to the last exchange. friction_use: largest
-    |friction| / normal force at the ends of holds, exchanges left out [-]. rate_error: largest
-    |crank rate - gait's| [rad/s] there; end_rate, end_velocity: of the crank and of the
-    foot [m/s] in the end. arrived: whether all
-    steps were done; of a gait that stops, whether the crank was within a hundredth of a step of its
-    place at the time promised.
+    |friction| / normal force at the ends of holds, exchanges left out [-], infinite where the foot
+    lifts off. rate_error: largest |crank rate - gait's| [rad/s] there; end_rate, end_velocity: of
+    the crank and of the foot [m/s] in the end. arrived: whether all steps were done; of a gait that
+    stops, whether the crank was within a hundredth of a step of its place at the time promised.
     """
 
     mu: float | None
@@ -234,7 +233,7 @@ def _summed(gait: Walk, trace: Trace, mu: float | None, count: int, whole: float
         duration, turned = duration - (turned - turn) / rate, turn
     status = Status(int(np.max(contact.status)))
     inside = np.diff(state.steps, prepend=0) == 0
-    use = np.abs(contact.friction_force) / np.maximum(contact.normal_force, 1e-300)
+    use = friction_uses(contact.friction_force, contact.normal_force)
     return Replay(
         mu=mu,
         status=status,

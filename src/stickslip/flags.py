@@ -381,8 +381,8 @@ def _add_gait(parser: Parser) -> None:
     put("zmp", "keep the zero-moment point inside the foot", type=truth, default=False)
     about = "for the energy [W/(N m)^2] (default: of the robot's file, else 0.5)"
     put("copper_loss", about, type=float)
-    about = "share of friction left unused; 0.02 lets the replay walk without a slip"
-    put("reserve", about, type=float, default=0.0)
+    about = "share of friction left unused; 0.02 lets the replay walk without a slip (default: 0; "
+    put("reserve", about + "with --mu-kinetic the least that arrives)", type=float)
     put("start", "crank rate when a walk begins [rad/s] (default: 0)", type=float)
     put("end", "crank rate when it ends, 0: a stop (default: any)", type=float)
     put("mark", "where it ends, ahead of the centre of mass [m], in place of --steps", type=float)

@@ -81,13 +81,13 @@ def find_gait(problem: GaitProblem, most: int, given: Namespace) -> Answer:
 def gait_problem_of(given: Namespace) -> GaitProblem:
     """The problem that the flags describe."""
     share = "a share from 0 to below 1"
-    require_scalar("reserve", given.reserve, low=0.0, high=0.999, accepted=share)
+    reserve = given.reserve or 0.0
+    require_scalar("reserve", reserve, low=0.0, high=0.999, accepted=share)
     robot, motor = BipedParams.with_motor(given.robot, given.changes)
     robot = robot.replace(payload=float(robot.payload) + given.payload)
     mu: list[float] | float | None = None
     if given.mu is not None:
-        unused = given.reserve if given.mu_kinetic is None else 0.0
-        left = [one * (1 - unused) for one in given.mu]
+        left = [one * (1 - reserve) if given.mu_kinetic is None else one for one in given.mu]
         mu = left[0] if len(left) == 1 else left
     objective = _objective(given.objective)
     names = ("mean_rate", "min_normal", "zmp", "max_torque_rate")
@@ -232,7 +232,7 @@ WALK_ARRAYS = ("theta", "clock", "crank_rate", "foot_velocity", "torque")
 def find_walk(problem: GaitProblem, most: int, given: Namespace) -> Answer:
     """The best walk of problem.steps_taken to `most` steps, and its replay."""
     options: dict[str, Any] = {"mu_kinetic": given.mu_kinetic, "feedback": given.feedback}
-    options |= {"reserve": given.reserve or None, "progress": True}
+    options |= {"reserve": given.reserve, "progress": True}
     problem, found = best_transfer(problem, most, slip_transfer, **options)
     tables = {"summary": walk_summary(problem, found)}
     facts: dict[str, object] = {name: getattr(found, name) for name in WALK_STATED + WALK_ARRAYS}
@@ -262,6 +262,7 @@ def walk_summary(problem: GaitProblem, found: SlipTransfer) -> Table:
             Column("distance", "m"): found.distance,
             Column("reserve"): found.reserve,
             Column("replay_arrives", words=True): "yes" if found.arrives else "no",
+            Column("replay_duration", "s"): walked.duration,
             Column("replay_slid", "m"): walked.slid,
             Column("replay_end_rate", "rad/s"): walked.end_rate,
             Column("replay_end_velocity", "m/s"): walked.end_velocity,
