@@ -13,12 +13,14 @@ from contextlib import contextmanager, suppress
 from decimal import Decimal
 from functools import cache
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 
 from stickslip.dynamics.checks import require_known, require_that, reraise, shown
 
+Changes: TypeAlias = Mapping[str, Any]
+"""Numbers by dotted names."""
 MOST_BYTES = 1_000_000
 """Of a file."""
 QUANTITY = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d{1,3})?)\s*([^\d\s].*?)\s*")

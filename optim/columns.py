@@ -137,9 +137,7 @@ def read_text(path: Path, accepted: str, most: int | None = None) -> str:
     try:
         text = raw.decode("utf-8-sig")
     except UnicodeDecodeError as error:
-        raise ValueError(
-            f"{name}: byte {error.start} is no UTF-8 text; accepted: {accepted}"
-        ) from None
+        raise ValueError(f"{name}: byte {error.start} is no UTF-8; accepted: {accepted}") from None
     if "\0" in text:
         raise ValueError(f"{name}: not a text file; accepted: {accepted}")
     return text

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from jax.typing import DTypeLike
     from jaxtyping import Array, Float
 
-    from stickslip.dynamics.machine_file import OwnMachine
+    from stickslip.dynamics.machine_file import Changes, OwnMachine
     from stickslip.dynamics.pytrees import Scalar
 
     Either = Array | np.ndarray
@@ -139,9 +139,7 @@ class BipedParams:
         return cls(**lengths, **links, **rest).astype(kind)._checked_whole()
 
     @classmethod
-    def from_file(
-        cls, path: str | Path | None, changes: Mapping[str, Any] | None = None
-    ) -> BipedParams:
+    def from_file(cls, path: str | Path | None, changes: Changes | None = None) -> BipedParams:
         """The robot of a TOML file, every entry optional; the reference robot is the default.
 
         Numbers are in SI units, or texts with their units, as "40 mm". Tables: `bars`, the
@@ -156,9 +154,7 @@ class BipedParams:
         return cls.with_motor(path, changes).params
 
     @classmethod
-    def with_motor(
-        cls, path: str | Path | None, changes: Mapping[str, Any] | None = None
-    ) -> OwnMachine:
+    def with_motor(cls, path: str | Path | None, changes: Changes | None = None) -> OwnMachine:
         """The robot of `from_file`, and the numbers in the file's table `motor`."""
         from stickslip.dynamics.biped.robot_file import read_robot
 
@@ -230,9 +226,7 @@ class BipedParams:
         for name, tail in (("mass", (13,)), ("inertia", (13,)), ("centre", (13, 2))):
             shape = np.shape(getattr(self, name))
             if shape[max(len(shape) - len(tail), 0) :] != tail:
-                raise ValueError(
-                    f"{name} has shape {shape}; accepted: {tail}, links in LINKS' order"
-                )
+                raise ValueError(f"{name} has shape {shape}; accepted: {tail}, in LINKS' order")
         for name, value in vars(self).items():
             checks.require_number(name, value, **range_of(name))
 

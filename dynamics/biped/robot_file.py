@@ -16,6 +16,7 @@ from stickslip.dynamics.machine_file import MachineFile, OwnMachine, in_file, ta
 from stickslip.dynamics.names import BAR_LENGTHS, LENGTHS, LINKS, range_of
 
 if TYPE_CHECKING:
+    from stickslip.dynamics.machine_file import Changes
     from stickslip.dynamics.pytrees import Numeric
 
     Robot = Any
@@ -73,9 +74,7 @@ ROBOT = MachineFile("biped", "robot", _units(), _names(), {"bars.crank_length": 
 """What the file of a robot may have."""
 
 
-def read_robot(
-    kind: type[Robot], path: str | Path | None, changes: Mapping[str, Any]
-) -> OwnMachine:
+def read_robot(kind: type[Robot], path: str | Path | None, changes: Changes) -> OwnMachine:
     """See `BipedParams.with_motor`; kind: BipedParams.
 
     Lengths that a file gives itself would hide a change of the bars, so there the bars are changed

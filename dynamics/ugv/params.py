@@ -18,6 +18,7 @@ from stickslip.dynamics.machine_file import MachineFile, OwnMachine, in_file, ta
 if TYPE_CHECKING:
     from jaxtyping import Array, Float
 
+    from stickslip.dynamics.machine_file import Changes
     from stickslip.dynamics.ugv.ground.shapes import Points
 
 
@@ -91,9 +92,7 @@ class UGVParams:
         return replace(self, **changes)
 
     @classmethod
-    def from_file(
-        cls, path: str | Path | None, changes: Mapping[str, Any] | None = None
-    ) -> UGVParams:
+    def from_file(cls, path: str | Path | None, changes: Changes | None = None) -> UGVParams:
         """The vehicle of a TOML file: its table `vehicle` has the fields, all optional.
 
         Numbers are in SI units, or texts with units, as "830 mm" or "30 deg". The table `motor` is
@@ -103,9 +102,7 @@ class UGVParams:
         return cls.with_motor(path, changes).params
 
     @classmethod
-    def with_motor(
-        cls, path: str | Path | None, changes: Mapping[str, Any] | None = None
-    ) -> OwnMachine:
+    def with_motor(cls, path: str | Path | None, changes: Changes | None = None) -> OwnMachine:
         """The vehicle of `from_file`, and max_torque [N m] where the file limits its motors."""
         numbers = VEHICLE.read(path, changes or {})
         with in_file(path):
@@ -140,9 +137,7 @@ class UGVParams:
 
     def _check_together(self):
         if np.any(np.asarray(self.weight) <= 0):
-            raise ValueError(
-                "wheel_mass, body_mass and leg_mass are all 0; accepted: at least one > 0"
-            )
+            raise ValueError("wheel_mass, body_mass and leg_mass are all 0; accepted: one > 0")
         low, high = np.asarray(self.leg_angle_min), np.asarray(self.leg_angle_max)
         if np.any(low > high) or np.any(high > np.pi):
             given = f"leg_angle_min = {low}, leg_angle_max = {high} is not accepted"

@@ -380,9 +380,7 @@ class GaitResult(Result):
         """`held`, or the grid's own gait where there is none. ValueError without any."""
         found = self.gait if self.held is None else self.held
         if found is None:
-            raise ValueError(
-                f"the result holds no gait ({self.message}); accepted: one with a gait"
-            )
+            raise ValueError(f"the result has no gait ({self.message}); accepted: one with a gait")
         return found
 
     theta = _of_best("theta")

@@ -263,9 +263,7 @@ class Profiles:
         rows = [_numbers(self.params, block) for block in np.split(padded, blocks)]
         columns = read_only(np.concatenate(rows, axis=1)[:, where])
         if not np.all(np.isfinite(columns)):
-            raise ValueError(
-                "params give inertia functions that are not finite in double precision"
-            )
+            raise ValueError("params give inertia functions that are not finite in float64")
         return Profile(self.robot, read_only(theta), *columns.reshape(-1, *np.shape(theta)))
 
 

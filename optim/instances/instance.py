@@ -256,9 +256,7 @@ def parts_of(value: object) -> list[bytes]:
                 found += [one.name.encode(), *parts_of(given)]
         return found
     if isinstance(value, dict):
-        return [
-            part for key in sorted(value) for part in (str(key).encode(), *parts_of(value[key]))
-        ]
+        return [one for key in sorted(value) for one in (str(key).encode(), *parts_of(value[key]))]
     if isinstance(value, tuple | list):
         return [part for one in value for part in parts_of(one)]
     if isinstance(value, bool | str | None.__class__ | frozenset):

@@ -100,9 +100,7 @@ def evaluate_flags(parser: Parser, _: object) -> None:
         "rank methods, each a directory of runs, a policy, a baseline or a results file"
     )
     add("--task TASK", about)
-    about = (
-        "the biped's motor gives the nearest torque without slip or fall, with this margin (0.02)"
-    )
+    about = "the biped's motor gives the nearest torque without slip or fall by this margin (0.02)"
     add("--shield MARGIN", about, nargs="?", type=float, const=0.02)
     about = "compute the biped's motion in MuJoCo: both feet touch the floor and may lift"
     add("--in", about, dest="program", choices=("mujoco",))

@@ -58,4 +58,4 @@ def test_a_figure_of_another_robot_has_no_statement_of_the_chapter(tmp_path, cap
         [0, *(w / np.sqrt(2) for w in range(1, 6))], rel=4e-3
     )  # a robot twice as long walks alike at rates smaller by the square root of two
     assert main([*command, "--overwrite", "--set", "vehicle.leg_mass=10"]) == WRONG_INPUT
-    assert "accepted: figures of the ugv" in capsys.readouterr().err
+    assert "accepted: the ugv's" in capsys.readouterr().err

@@ -192,10 +192,8 @@ def _sampled(friction, walk: Walk, first: Motion, taken: stages.Taken, step) -> 
     slopes = walk.crank_rate, first.crank_acceleration, walk.foot_velocity, first.foot_acceleration
     later = taken.crank_rate, end.crank_acceleration, taken.foot_velocity, end.foot_acceleration
     cubics = [
-        (before, (before + after) / 2 + step / 8 * (slope - slope_after), after)
-        for before, after, slope, slope_after in zip(
-            walk[:4], taken[:4], slopes, later, strict=True
-        )
+        (before, (before + after) / 2 + step / 8 * (slope - slope_then), after)
+        for before, after, slope, slope_then in zip(walk[:4], taken[:4], slopes, later, strict=True)
     ]
     begins, ends = (stages.cone_margin(friction, motion) for motion in (first, end))
     cone = begins, taken.middle.cone_margin, ends

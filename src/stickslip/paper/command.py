@@ -76,9 +76,7 @@ def machines_of(given: Mapping[str, Any], figures: Mapping[str, Figure]) -> dict
         own = {name: changes[name] for name in mine}
         asked = any(figure.machine == machine for figure in figures.values())
         if (given[flag] or own) and not asked:
-            raise ValueError(
-                f"a {flag} with {', '.join(figures)}; accepted: figures of the {machine}"
-            )
+            raise ValueError(f"a {flag} with {', '.join(figures)}; accepted: the {machine}'s")
         params = kind.from_file(given[flag], own)
         found[machine] = params, same_numbers(params, kind.from_file(None))
     return found

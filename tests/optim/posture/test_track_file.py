@@ -60,7 +60,7 @@ def test_an_elevation_profile_is_laid_out_along_great_circles(ns, tmp_path, floa
     ("text", "parts"),
     [
         ("", ("track.csv is empty", "columns x or distance")),
-        (b"\x89PNG\r\n\x1a\n\xff\xfe", ("track.csv: byte 0 is no UTF-8 text", "columns x")),
+        (b"\x89PNG\r\n\x1a\n\xff\xfe", ("track.csv: byte 0 is no UTF-8", "columns x")),
         ("x,y\n0,0\n\n1\n", ("track.csv:4: 1 columns instead of 2",)),
         ("0,0\n1,nan\n2,0\n", ("track.csv:2: y = 'nan' is no finite number",)),
         ("x,y\n0,0\n# a stone\n2,1\n2,1\n", ("track.csv:5: x = 2.0 after 2.0 does not increase",)),
