@@ -22,9 +22,7 @@ FOLDER = "tests|benchmarks|docs|documentation|notebooks|" + "|".join(FOLDERS)
 
 def found(pattern: str) -> list[tuple[str, str]]:
     """Document and match, each once."""
-    return sorted(
-        {(name, one) for name, text in TEXTS.items() for one in re.findall(pattern, text)}
-    )
+    return sorted({(of, one) for of, text in TEXTS.items() for one in re.findall(pattern, text)})
 
 
 def anchors(path: Path) -> set[str]:

@@ -173,9 +173,7 @@ def make_takes(rest: list[str]) -> None:
 def pip_takes(rest: list[str]) -> None:
     project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
     asked = re.findall(r"\[([\w,]+)\]", " ".join(rest))
-    assert {one for names in asked for one in names.split(",")} <= {
-        *project["optional-dependencies"]
-    }
+    assert set(",".join(asked).split(",")) - {""} <= {*project["optional-dependencies"]}
 
 
 TAKEN: dict[str, Callable[[list[str]], None]] = {

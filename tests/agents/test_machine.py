@@ -35,9 +35,7 @@ def test_it_is_trained_compared_and_viewed_by_the_same_commands(capsys):
     names = ("policy.npz", "learning.png", "episode.png", "episode.gif", "config.json")
     assert all((Path("run") / name).stat().st_size > 100 for name in names)
     assert json.loads(Path("run/config.json").read_text())["machine"] == "mass"
-    tests, metrics = (
-        read_columns(Path("run") / f"{one}.csv") for one in ("evaluations", "metrics")
-    )
+    tests, metrics = (read_columns(Path(f"run/{of}.csv")) for of in ("evaluations", "metrics"))
     assert tests["timesteps"] == [128, 256]
     assert np.all(np.isfinite(tests["return"]))
     assert {"duration", "policy_loss"} <= metrics.keys()

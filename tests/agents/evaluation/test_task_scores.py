@@ -48,9 +48,8 @@ def test_scores_stand_behind_the_return_in_every_form(table, tmp_path):
 
 def test_who_costs_more_than_the_limit_is_not_ranked():
     name, known = "BipedSprintSafe-v0", known_of(TASKS["BipedSprintSafe-v0"])
-    table = evaluate_task(
-        name, {"pi": CrankSpeedPI(), "still": ConstantTorque(0.0)}, seeds=(10, 21)
-    )
+    who = {"pi": CrankSpeedPI(), "still": ConstantTorque(0.0)}
+    table = evaluate_task(name, who, seeds=(10, 21))
     over, kept = (table.row(name, one).metrics for one in ("pi", "still"))
     assert over["return"].value > kept["return"].value
     assert over["cost"].value > known.cost_limit >= kept["cost"].value

@@ -36,9 +36,7 @@ def test_a_report_of_two_races(tmp_path, capsys):
 
 
 @pytest.mark.long
-def test_the_optimiser_of_the_page_races_beside_the_package_s_own_runs(
-    tmp_path, monkeypatch, capsys
-):
+def test_the_optimiser_of_the_page_races_beside_the_package_s_runs(tmp_path, monkeypatch, capsys):
     code = next(
         one for one in re.findall(r"(?s)```py\n(.*?)```", PAGE.read_text()) if "def search(" in one
     )

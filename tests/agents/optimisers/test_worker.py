@@ -43,11 +43,11 @@ def test_time_is_the_processor_s_and_ends_a_run():
 
 @pytest.mark.parametrize("budget", [None, 40])
 def test_the_trial_before_a_run_compiles_batches_of_its_sizes(budget, monkeypatch):
-    middle, sizes = instance(NAME).objective().middle, []
+    sizes = []
 
     def batches(objective, seed):
         for _ in range(3):
-            values = objective.batch(np.tile(middle, (64, 1)))
+            values = objective.batch(np.tile(objective.middle, (64, 1)))
             sizes.append((type(objective).__name__, len(values)))
 
     monkeypatch.setattr(worker, "pickle", SimpleNamespace(loads=lambda task: task))

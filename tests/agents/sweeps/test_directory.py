@@ -17,9 +17,8 @@ from tests.agents.sweeps.masses import TASK, swept
 
 
 def contents(path: Path) -> dict[str, bytes]:
-    return {
-        str(one.relative_to(path)): one.read_bytes() for one in path.rglob("*") if one.is_file()
-    }
+    files = (one for one in path.rglob("*") if one.is_file())
+    return {str(one.relative_to(path)): one.read_bytes() for one in files}
 
 
 def test_another_definition_is_not_resumed_and_what_differs_is_said(tmp_path):

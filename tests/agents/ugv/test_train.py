@@ -84,7 +84,7 @@ def test_a_configuration_of_an_unknown_machine_is_refused():
 
 
 @pytest.mark.long
-def test_evaluate_and_view_read_a_policy_of_the_ugv(
+def test_evaluate_and_view_read_policies_of_the_ugv(
     run: Trained, capsys: pytest.CaptureFixture[str]
 ):
     policy = str(run.policy)

@@ -93,11 +93,9 @@ def outcome(state: biped.BipedState) -> jax.Array:
     )
 
 
-def exact_along(
-    params: biped.BipedParams, angles
-) -> tuple[biped.ReducedInertia, biped.GroundMoment]:
+def exact_along(params: biped.BipedParams, at) -> tuple[biped.ReducedInertia, biped.GroundMoment]:
     """The exact functions at many crank angles, as NumPy arrays; one compilation for any number."""
-    angles = np.asarray(angles, float).ravel()
+    angles = np.asarray(at, float).ravel()
     padded = np.full(-(-angles.size // PAGE) * PAGE, np.pi)
     padded[: angles.size] = angles
     pages = [_exact_page(params, jnp.asarray(page)) for page in padded.reshape(-1, PAGE)]

@@ -32,9 +32,7 @@ BAD = {
     # what: (call, field, given, accepted)
     "mu_k > mu_s": (lambda: Scene.uniform(0.1, 0.2), "mu_kinetic", "0.2", "mu_static"),
     "friction a word": (lambda: Scene.uniform("ice"), "mu_static", "'ice'", "finite"),
-    "edges in no order": (
-        lambda: Scene.patches([0.6, 0.3], [1, 2, 3]), "edges", "0.6", "increasing"
-    ),
+    "edges unordered": (lambda: Scene.patches([0.6, 0.3], [1, 2, 3]), "edges", "0.6", "increasing"),
     "unknown floor": (lambda: Scene("ice").validate(), "floor", "'ice'", "Grip"),
     "a list, by dataclasses.replace": (
         lambda: replace(default_params("float32"), payload=[1.0]), "payload", "[1.0]", "array"
@@ -82,9 +80,7 @@ def test_bad_values_are_refused_by_name_value_and_what_is_accepted(what):
         assert word in str(caught.value)
 
 
-@pytest.mark.parametrize(
-    "length", [{"rocker": 1.0}, {"femur": 20.0}, {"slot_depth": 10.0}], ids=str
-)
+@pytest.mark.parametrize("length", [{"rocker": 1.0}, {"femur": 20.0}, {"slot_depth": 10.0}])
 def test_a_linkage_that_cannot_close_is_refused_with_the_angle(float64, length):
     said = r"cannot close at crank angle \d\.\d+ rad \(\d+"
     with pytest.raises(ValueError, match=said) as caught:

@@ -78,9 +78,8 @@ def test_types_stay_what_they_are(dtype):
 def test_a_float32_robot_stays_so_where_float64_is_switched_on(float64):
     """Plain numbers, which JAX takes for float64 there, follow the robot."""
     model, scene = default_model(dtype="float32"), Scene.uniform(0.1, 0.05)
-    for leaf in jax.tree.leaves(
-        jax.eval_shape(lambda: step(model, scene, BipedState(), 1.0, 0.01))
-    ):
+    found = jax.eval_shape(lambda: step(model, scene, BipedState(), 1.0, 0.01))
+    for leaf in jax.tree.leaves(found):
         assert leaf.dtype in (jnp.float32, jnp.int32)
 
 

@@ -27,9 +27,8 @@ def test_a_step_gives_the_functional_environments_values_and_what_gymnax_adds():
     for _ in range(PARAMS.limit):
         own = Toy("same_step").step(KEY, state, action, PARAMS)
         obs, state, reward, terminated, truncated, info = env.step(KEY, state, action)
-        for one, other in zip(
-            (obs, reward, terminated, truncated), own[:1] + own[2:5], strict=True
-        ):
+        given = obs, reward, terminated, truncated
+        for one, other in zip(given, own[:1] + own[2:5], strict=True):
             np.testing.assert_array_equal(one, other)
         assert bool(info["terminated"]) == bool(terminated)
         if terminated | truncated:

@@ -60,9 +60,7 @@ def test_the_closest_drive_misses_least_of_all_paths_over_the_grid(given):
     paths = (
         np.stack(path)
         for path in itertools.product(first, pairs, pairs, pairs)
-        if all(
-            np.max(np.abs(b - a)) <= m for a, b, m in zip(path[:-1], path[1:], moves, strict=True)
-        )
+        if np.all(np.max(np.abs(np.diff(path, axis=0)), axis=1) <= moves)
     )
     with jax.enable_x64(True):
         assert missed(closest) == pytest.approx(min(map(missed, paths)), rel=1e-5)
