@@ -30,6 +30,9 @@ SUPPORT_START = np.pi / 2
 """Crank angle [rad] at which a leg begins to carry the weight."""
 SUPPORT_END = 3 * np.pi / 2
 """Crank angle [rad] at which the other leg takes over."""
+MISMATCH = 1e-4
+"""`exchange_mismatch` below which an exchange counts as free of impact. Lengths of single precision
+have up to 2e-6 where it is computed in float64."""
 
 # int32: JAX 0.10 cannot index with NumPy's int64 in float32 once the same shapes ran in float64
 LINK_OF_BODY = np.array([int(name.rstrip("p")) - 1 for name in BODIES], np.int32)

@@ -10,7 +10,7 @@ import jax
 import jax.numpy as jnp
 
 from stickslip.dynamics import pytrees
-from stickslip.dynamics.biped import settings
+from stickslip.dynamics.biped import links, settings
 from stickslip.dynamics.biped.inertia import (
     DifferencedInertia,
     ExactInertia,
@@ -21,7 +21,7 @@ from stickslip.dynamics.biped.inertia import (
     fit_table,
 )
 from stickslip.dynamics.biped.joints import JointInertia
-from stickslip.dynamics.biped.links import as_batch, exchange_mismatch, least_closure, step_length
+from stickslip.dynamics.biped.links import as_batch, least_closure, step_length
 from stickslip.dynamics.biped.params import BipedParams
 from stickslip.dynamics.checks import as_number, require_kind
 from stickslip.dynamics.scene import PAYLOAD
@@ -182,13 +182,12 @@ def _derive(spec: settings.Fidelity, params: BipedParams) -> dict[str, Any]:
 @partial(pytrees.run_once, fixed=1)
 def _derive_one(spec: settings.Fidelity, params: BipedParams) -> dict[str, Any]:
     """One program for every robot, payload and unit payload of a fidelity and a type."""
-    eps = jnp.finfo(jnp.result_type(params.crank)).eps
     return {
         "fitted": inertia_of(params, spec),
         "own_mass": params.total_mass,
         "step_length": step_length(params),
         "closes": least_closure(params, 256)[0] >= 0,
-        "symmetric": exchange_mismatch(params) < max(1e-6, 1e3 * float(eps)),
+        "symmetric": links.exchange_mismatch(params) < links.MISMATCH,
     }
 
 

@@ -15,7 +15,7 @@ from jax.core import eval_context
 from stickslip.dynamics import checks, pytrees
 from stickslip.dynamics.biped import settings
 from stickslip.dynamics.biped.contact import CrankMotion, System, Torque, at_instant
-from stickslip.dynamics.biped.links import exchange_mismatch
+from stickslip.dynamics.biped.links import MISMATCH, exchange_mismatch
 from stickslip.dynamics.biped.model import BipedModel, prepare
 from stickslip.dynamics.biped.params import BipedParams
 from stickslip.dynamics.biped.state import BipedState, Contact, Trajectory, start
@@ -255,8 +255,7 @@ def _torque_of(drive: Drive, now: BipedState, after: BipedState, contact: Contac
         return drive.torque
     fastest = jnp.maximum(jnp.abs(now.crank_rate), jnp.abs(after.crank_rate))
     turned = after.phase - now.phase + np.pi * (after.steps - now.steps)
-    mean = contact.work / jnp.where(turned == 0, 1.0, turned)
-    mean = jnp.where(turned == 0, contact.torque, mean)
+    mean = jnp.where(turned == 0, contact.torque, contact.work / jnp.where(turned == 0, 1, turned))
     size = jnp.abs(drive.torque)
     return jnp.where(fastest * size > drive.max_power, jnp.clip(mean, -size, size), drive.torque)
 
@@ -302,10 +301,9 @@ def require_exchange(params: BipedParams | BipedModel, scene: Scene) -> None:
         return  # a batch: Status.NO_EXCHANGE is said of each member
     with eval_context():  # a robot of plain numbers inside the caller's own jit
         mismatch = float(exchange_mismatch(params))
-    accepted = max(1e-6, 1e3 * float(jnp.finfo(jnp.result_type(params.crank)).eps))
-    if not mismatch < accepted:
+    if not mismatch < MISMATCH:
         raise ValueError(
             f"this linkage breaks the exchange of support: the other foot is off flat rest, or the "
             f"crank's centre off its axis, by {mismatch:.3g} (crank lengths or rad); "
-            f'accepted: below {accepted:.1g}, or a scene with steps="one"'
+            f'accepted: below {MISMATCH:.1g}, or a scene with steps="one"'
         )

@@ -13,7 +13,7 @@ from scipy.interpolate import CubicSpline
 
 from stickslip.dynamics.biped import BipedParams, exchange_mismatch, step_length
 from stickslip.dynamics.biped.inertia import inertia_and_moment
-from stickslip.dynamics.biped.links import SUPPORT_END, SUPPORT_START, as_batch
+from stickslip.dynamics.biped.links import MISMATCH, SUPPORT_END, SUPPORT_START, as_batch
 from stickslip.dynamics.checks import require_kind
 from stickslip.dynamics.pytrees import float64_program, read_only
 from stickslip.optim.problem import require_scalar
@@ -23,9 +23,6 @@ if TYPE_CHECKING:
 
 BLOCK = 512
 """Crank angles computed at once: one program for every number of them."""
-MISMATCH = 1e-6
-"""Tolerated mismatch of the exchange of support, as in `simulate` in float64; single-precision
-lengths are allowed their own rounding."""
 ROBOT = "a BipedParams of one robot (carry a payload in params.payload)"
 WAY = "a finite number > 0 [m], with steps_taken = None"
 LEAST_END = 0.01
@@ -274,13 +271,11 @@ def robot_of(params: BipedParams, steps: int, periodic: bool) -> Robot:
     if batch := as_batch(params)[0]:
         raise ValueError(f"params is a batch of shape {batch}; accepted: one robot")
     params.validate()
-    kind = jnp.result_type(params.crank)
     mass, length, mismatch = map(float, _constants(params))
-    most = max(MISMATCH, 1e3 * float(jnp.finfo(kind).eps))
-    if (steps > 1 or periodic) and not mismatch < most:
+    if (steps > 1 or periodic) and not mismatch < MISMATCH:
         raise ValueError(
             f"this linkage breaks the exchange of support by {mismatch:.3g} (crank lengths or "
-            f"rad); accepted: below {most:.1g}, or a transfer of one step"
+            f"rad); accepted: below {MISMATCH:.1g}, or a transfer of one step"
         )
     names = ("gravity", "heel", "toe", "crank")
     rest = {name: float(np.asarray(getattr(params, name))) for name in names}

@@ -102,11 +102,15 @@ def shortfall(grid: Any, progress: bool) -> dict[str, Any]:
     rate let none through. misses: by constraint, the worst violation on it [own unit] and its place
     [m]. least_friction: with which a path would meet all constraints, for one friction everywhere;
     None where none would, or with min_normal and a free split, where it is not known. steepest:
-    the greatest slope angle at a waypoint [rad] and its place [m].
+    the greatest slope angle of the ground [rad] and its place [m], between knots, too.
     """
     blocked, totals, needed = _passed(grid, progress)
     closest = grid.angles_at(_back(grid, totals)) if np.any(np.isfinite(totals[-1])) else None
-    x, slopes = grid.problem.x, np.arctan(np.abs(slopes_at(grid.problem.track, grid.problem.x)))
+    x, cells = grid.problem.x, grid.problem.posture.odometer
+    edges = np.asarray(cells.edges, np.float64) + np.asarray(cells.rests, np.float64)
+    places = np.concatenate([edges, (edges[1:] + edges[:-1]) / 2])
+    places = places[(x[0] <= places) & (places <= x[-1])]
+    slopes = np.arctan(np.abs(slopes_at(grid.problem.track, places)))
     runs = np.split(blocked, np.flatnonzero(np.diff(blocked) > 1) + 1) if len(blocked) else []
     simple = np.ndim(grid.problem.friction) == 0 and grid.problem.track.surface is None
     simple &= not (grid.problem.free_split and grid.problem.min_normal)
@@ -115,7 +119,7 @@ def shortfall(grid: Any, progress: bool) -> dict[str, Any]:
         "closest": closest,
         "misses": {} if closest is None else _misses(grid.problem, closest),
         "least_friction": needed if simple and np.isfinite(needed) else None,
-        "steepest": (float(np.max(slopes)), float(x[np.argmax(slopes)])),
+        "steepest": (float(np.max(slopes)), float(places[np.argmax(slopes)])),
     }
 
 

@@ -188,7 +188,7 @@ def _reshaped(
         at, height = filled(x, y, given["gaps"])
     wavelength = given.get("smooth")
     if "noise" in given:
-        wavelength = wavelength_of(at, height, given["noise"])
+        wavelength = wavelength_of(at, height, given["noise"], np.isin(at, x))
     if wavelength is not None:
         changes["damped_below"] = wavelength
         height = smoothed(at, height, wavelength)
@@ -271,14 +271,14 @@ def smoothed(
     return make_smoothing_spline(x, y, np.gradient(x), lam=(wavelength / (2 * np.pi)) ** 4)(x)
 
 
-def wavelength_of(x: Float[np.ndarray, "n"], y: Float[np.ndarray, "n"], noise: float) -> float:
-    """Wavelength [m] with which `smoothed` misses y by `noise` [m] in root mean square.
-
-    From the points' mean spacing to the length of the survey, where the residual stays on one side.
-    """
+def wavelength_of(
+    x: Float[np.ndarray, "n"], y: Float[np.ndarray, "n"], noise: float, read: Bool[np.ndarray, "n"]
+) -> float:
+    """Wavelength [m] with which `smoothed` misses the y that were read by `noise` [m] in root mean
+    square, from the mean spacing to the length of the survey, where that stays on one side."""
 
     def off(log_length: float) -> float:
-        residual = y - smoothed(x, y, math.exp(log_length))
+        residual = (y - smoothed(x, y, math.exp(log_length)))[read]
         return math.sqrt(float(np.mean(residual**2))) - noise
 
     low, high = math.log((x[-1] - x[0]) / (len(x) - 1)), math.log(x[-1] - x[0])

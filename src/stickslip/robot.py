@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from stickslip.dynamics import biped
+from stickslip.dynamics.biped.links import MISMATCH
 from stickslip.dynamics.biped.settings import precision
 from stickslip.dynamics.checks import require_choice, require_number
 from stickslip.dynamics.machine_file import machine_in
@@ -23,7 +24,6 @@ from stickslip.envs.rendering.sheet import WIDTH, make_sheet, name_panel, png, s
 from stickslip.optim import GaitProblem, PostureProblem, solve
 from stickslip.optim.gait.footing import Footing
 from stickslip.optim.gait.gait import friction_uses
-from stickslip.optim.gait.profile import MISMATCH
 from stickslip.optim.progress import say_stage
 from stickslip.optimise.biped import TORQUE_LIMIT
 from stickslip.optimise.picture import vehicles_drawing

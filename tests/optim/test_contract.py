@@ -200,11 +200,9 @@ def raised(unit, x, draw):
 
 
 @pytest.mark.parametrize("start", [None, [1e-7, 0.0]], ids=["zero", "tiny"])
-@pytest.mark.parametrize(
-    ("function", "least"), [(line, -0.5), (bowl, 0.1875), (raised, 1e6 + 0.125)]
-)
-def test_the_optimum_is_found_in_any_unit_from_any_value(method, function, least, start):
+@pytest.mark.parametrize(("function", "low"), [(line, -0.5), (bowl, 0.1875), (raised, 1e6 + 0.125)])
+def test_the_optimum_is_found_in_any_unit_from_any_value(method, function, low, start):
     for unit in (1e-9, 1e9):
         found = optim.solve(optim.FunctionProblem(function, unit, LOW, HIGH), method, start=start)
         assert found.status is optim.OptimStatus.FEASIBLE
-        assert found.value / unit == pytest.approx(least, rel=1e-12, abs=2e-6)
+        assert found.value / unit == pytest.approx(low, rel=1e-12, abs=2e-6)

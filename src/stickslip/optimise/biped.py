@@ -142,7 +142,7 @@ def gait_summary(problem: GaitProblem, result: GaitResult) -> Table:
         Column("objective", words=True): problem.goal.words,
         Column("status", words=True): result.status_in_words,
         Column("message", words=True): result.message,
-        Column("time", "s"): float(result.seconds),
+        Column("search_time", "s"): float(result.seconds),
     }
     if result.gait is None:
         return one_row(found)

@@ -212,7 +212,7 @@ def result_summary(problem: PostureProblem, result: PostureResult) -> Table:
         Column("violated_between", words=True): _violated(problem, result.fine_residuals),
         **_shortfall_columns(details),
         Column("evaluations"): result.evaluations,
-        Column("time", "s"): float(result.seconds),
+        Column("search_time", "s"): float(result.seconds),
     }
     return one_row(row)
 
