@@ -58,16 +58,12 @@ def test_exchange_changes_nothing_but_the_leg(float64, direction, mu):
 def test_mismatch_is_rounding_for_the_default_and_grows_with_the_asymmetry(float64):
     assert float(mismatch(helpers.default_params())) < 1e-12
     assert float(mismatch(biped.BipedParams.from_bars(crank_length=0.1, hip_mass=9.0))) < 1e-12
+    single = biped.BipedParams.from_bars(crank_length=0.032, dtype="float32").astype(np.float64)
+    assert 1e-6 < float(mismatch(single)) < links.MISMATCH / 10
+    assert bool(biped.prepare(single).symmetric)
     values = [float(mismatch(uneven(femur=femur))) for femur in (9.001, 9.01, 9.1)]
     assert values[0] > 1e-4
     assert values[0] < values[1] < values[2]
-
-
-def test_lengths_of_single_precision_walk_in_float64():
-    with jax.enable_x64(True):
-        robot = biped.BipedParams.from_bars(crank_length=0.032, dtype="float32").astype(np.float64)
-        assert 1e-6 < mismatch(robot) < links.MISMATCH / 10
-        assert bool(biped.prepare(robot).symmetric)
 
 
 def test_an_unbalanced_crank_breaks_the_exchange(float64):

@@ -57,23 +57,28 @@ def test_the_closest_drive_misses_least_of_all_paths_over_the_grid(given):
     pairs = np.array(list(itertools.product(each, repeat=2)))
     first = pairs if problem.start_angles is None else problem.start_angles[None]
     moves = 2.0 * np.diff(problem.x) + 1e-9
-    paths = (
-        np.stack(path)
-        for path in itertools.product(first, pairs, pairs, pairs)
-        if np.all(np.max(np.abs(np.diff(path, axis=0)), axis=1) <= moves)
-    )
+    paths = np.array(list(itertools.product(first, pairs, pairs, pairs)))
+    paths = paths[np.all(np.abs(np.diff(paths, axis=1)) <= moves[:, None], axis=(1, 2))]
     with jax.enable_x64(True):
         assert missed(closest) == pytest.approx(min(map(missed, paths)), rel=1e-5)
 
 
 @pytest.mark.long
+def test_the_steepest_place_is_that_of_the_track():
+    found = lost(PostureProblem.along(Track.ramp(slope=0.5), spacing=0.5, friction=0.01))
+    angle, at = found["steepest"]
+    assert angle == pytest.approx(np.arctan(0.5))
+    assert 2.5 <= at <= 5.5
+
+
+@pytest.mark.long
 def test_hollow_ground_is_placed_and_the_treatment_named():
-    track = Track.from_points([0.0, 3.0, 3.1, 3.2, 8.0], [0.0, 0.0, -0.5, 0.0, 0.0], "linear")
+    track = Track.from_points([0.0, 3.0, 3.1, 3.2, 8.0], [0.0, 0.0, -0.5, 0.0, 0.0], "pchip")
     found = solve(PostureProblem.along(track, spacing=0.1), "dp", angles=3, polish=False)
     assert found.details["closest"] is None
     assert found.details["blocked"][0, 0] == pytest.approx(3.0, abs=0.3)
     assert "--ground envelope" in found.message
-    assert np.tan(found.details["steepest"][0]) == pytest.approx(5.0)  # between waypoints
+    assert np.tan(found.details["steepest"][0]) == pytest.approx(7.5)  # between waypoints
 
 
 @pytest.mark.long
