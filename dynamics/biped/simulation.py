@@ -14,7 +14,7 @@ from jax.core import eval_context
 
 from stickslip.dynamics import checks, pytrees
 from stickslip.dynamics.biped import settings
-from stickslip.dynamics.biped.contact import CrankMotion, System, Torque, at_instant
+from stickslip.dynamics.biped.contact import CrankMotion, System, Torque, at_instant, torque_held
 from stickslip.dynamics.biped.links import MISMATCH, exchange_mismatch
 from stickslip.dynamics.biped.model import BipedModel, prepare
 from stickslip.dynamics.biped.params import BipedParams
@@ -249,15 +249,16 @@ def _simulate(
 
 def _torque_of(drive: Drive, now: BipedState, after: BipedState, contact: Contact) -> Array:
     """What `Trajectory.torques` has of a step [N m]."""
+    if (held := torque_held(drive)) is not None:
+        return held
     if isinstance(drive, CrankMotion):
         return contact.torque
-    if drive.max_power is None:
-        return drive.torque
     fastest = jnp.maximum(jnp.abs(now.crank_rate), jnp.abs(after.crank_rate))
     turned = after.phase - now.phase + np.pi * (after.steps - now.steps)
     mean = jnp.where(turned == 0, contact.torque, contact.work / jnp.where(turned == 0, 1, turned))
     size = jnp.abs(drive.torque)
-    return jnp.where(fastest * size > drive.max_power, jnp.clip(mean, -size, size), drive.torque)
+    limited = drive.at(fastest) != drive.torque
+    return jnp.where(limited, jnp.clip(mean, -size, size), drive.torque)
 
 
 def _idle(contact: Contact) -> Contact:
